@@ -1,0 +1,12 @@
+//! The science of Salp: no async, no SQL, no sockets, no clock, no environment, no printing.
+
+pub mod actuation;
+pub mod fault;
+pub mod geometry;
+pub mod material;
+pub mod optimiser;
+pub mod scene;
+pub mod study;
+
+#[cfg(feature = "solver")]
+pub mod mesh;

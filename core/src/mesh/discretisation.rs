@@ -1,0 +1,135 @@
+//! The discrete body: nodes, elements, supports, cavities, tractions, boundary loops.
+//!
+//! Node numbering of an element: corners counter-clockwise, then mid-side nodes in the order of the sides (side k runs
+//! from corner k to corner k + 1), then the centre node. `Tri7`: 3 corners, 3 mid-sides, the bubble's node at the
+//! centroid of the corners' and mid-sides' shape.
+
+use serde::{Deserialize, Serialize};
+
+/// Finite elements, each with its pressure condensed inside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ElementKind {
+    /// Bilinear displacement, constant pressure (mean dilatation), 4 nodes.
+    Quad4,
+    /// Biquadratic displacement, discontinuous linear pressure, 9 nodes.
+    Quad9,
+    /// P2 with bubble, discontinuous linear pressure (Crouzeix-Raviart), 7 nodes.
+    Tri7,
+}
+
+impl ElementKind {
+    /// Nodes of an element.
+    pub fn nodes(self) -> usize {
+        match self {
+            Self::Quad4 => 4,
+            Self::Quad9 => 9,
+            Self::Tri7 => 7,
+        }
+    }
+}
+
+/// Elements of one kind.
+#[derive(Clone, Debug)]
+pub struct ElementBlock {
+    /// Their kind.
+    pub kind: ElementKind,
+    /// Node indices, `kind.nodes()` per element.
+    pub nodes: Vec<u32>,
+    /// Index into the list of material laws, one per element.
+    pub material: Vec<u16>,
+    /// Tag in the source file, one per element (for an actuator its index), for messages.
+    pub tag: Vec<u32>,
+}
+
+impl ElementBlock {
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        self.material.len()
+    }
+
+    /// Whether the block is empty.
+    pub fn is_empty(&self) -> bool {
+        self.material.is_empty()
+    }
+}
+
+/// Reference positions (mm) and elements.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Node positions.
+    pub nodes: Vec<[f64; 2]>,
+    /// Elements by kind.
+    pub blocks: Vec<ElementBlock>,
+}
+
+/// An edge of the boundary; `mid` is `None` for a straight two-node edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BoundaryEdge {
+    /// First and last node.
+    pub ends: [u32; 2],
+    /// Mid-side node.
+    pub mid: Option<u32>,
+}
+
+/// A closed loop of the boundary with the solid on its left.
+#[derive(Clone, Debug, Default)]
+pub struct BoundaryLoop {
+    /// Edges in order.
+    pub edges: Vec<BoundaryEdge>,
+    /// For each edge whether its first node is a corner of the shape.
+    pub starts_at_corner: Vec<bool>,
+}
+
+/// A cavity under pressure: work p * area.
+#[derive(Clone, Debug)]
+pub struct Cavity {
+    /// The pressure channel.
+    pub channel: usize,
+    /// Edges in order with the cavity on their left, so that 1/2 the integral of (x dy - y dx) is its area.
+    pub edges: Vec<BoundaryEdge>,
+    /// Empty where the edges close; else the fixed points through which a polyline from the last edge's end to the first
+    /// edge's start closes the area. An end that slides on a straight support is followed by a point of that line.
+    pub closing_points_mm: Vec<[f64; 2]>,
+    /// Whether the edges close on themselves.
+    pub closed: bool,
+}
+
+/// A prescribed displacement component of a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Support {
+    /// Node.
+    pub node: u32,
+    /// 0 for x, 1 for y.
+    pub component: u8,
+    /// Displacement at the full value of the channel, mm.
+    pub displacement_mm: f64,
+    /// The channel with which it ramps.
+    pub channel: usize,
+}
+
+/// A dead traction per reference length on edges.
+#[derive(Clone, Debug)]
+pub struct Traction {
+    /// The channel that scales it.
+    pub channel: usize,
+    /// MPa at the channel's largest absolute value.
+    pub mpa: [f64; 2],
+    /// Edges.
+    pub edges: Vec<BoundaryEdge>,
+}
+
+/// A body ready for assembly.
+#[derive(Clone, Debug, Default)]
+pub struct Discretisation {
+    /// Nodes and elements.
+    pub mesh: Mesh,
+    /// Prescribed displacements, at most one per node and component.
+    pub supports: Vec<Support>,
+    /// Cavities under pressure; several may share a channel.
+    pub cavities: Vec<Cavity>,
+    /// Dead tractions.
+    pub tractions: Vec<Traction>,
+    /// All boundary loops of the solid, for gaps, crossings and pictures: outlines first, then voids.
+    pub boundary: Vec<BoundaryLoop>,
+}

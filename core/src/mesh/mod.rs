@@ -1,0 +1,8 @@
+//! Meshes: the mesher of fixed topology, its smooth map from the design, and meshes from files.
+
+mod discretisation;
+
+pub use discretisation::{
+    BoundaryEdge, BoundaryLoop, Cavity, Discretisation, ElementBlock, ElementKind, Mesh, Support,
+    Traction,
+};

@@ -1,0 +1,200 @@
+//! The scene: one finite-element analysis as a document, checked as a whole.
+//!
+//! Lengths in mm, stress in MPa, pressure in kPa. [`Scene`] is the resolved document: what every default became.
+
+mod validate;
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::actuation::ActuationCycle;
+use crate::geometry::{Actuator, Point};
+use crate::material::MaterialLaw;
+
+pub use validate::read_scene;
+
+/// A resolved scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scene {
+    /// What is analysed.
+    pub body: Body,
+    /// Pressures over pseudo-time.
+    pub actuation: ActuationCycle,
+    /// Element and size.
+    pub mesh: MeshRequest,
+    /// Self-contact.
+    pub contact: ContactMode,
+    /// A state is accepted when its largest free nodal residual is below this times the largest nodal force.
+    pub relative_residual_force_tolerance: f64,
+    /// Named points of the reference shape, in the document's order.
+    pub probes: Vec<Probe>,
+    /// What is evaluated over the path.
+    pub objective: Option<SceneObjective>,
+}
+
+/// What is analysed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Body {
+    /// A chain of units with chambers.
+    Actuator(ActuatorBody),
+    /// A mesh from a file.
+    MeshFile(MeshFileBody),
+}
+
+/// A chain of units with one law each.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ActuatorBody {
+    /// Shape.
+    #[serde(flatten)]
+    pub actuator: Actuator,
+    /// One law per unit.
+    pub materials: Vec<MaterialLaw>,
+}
+
+/// A mesh file with what acts on its groups.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeshFileBody {
+    /// Absolute, or relative to the working directory (already joined with the scene's folder).
+    pub path: PathBuf,
+    /// The law of every element whose group has none of its own.
+    pub material: MaterialLaw,
+    /// Laws by group.
+    pub materials: Vec<GroupMaterial>,
+    /// Prescribed displacements.
+    pub supports: Vec<GroupSupport>,
+    /// Dead tractions.
+    pub tractions: Vec<GroupTraction>,
+    /// Follower pressures.
+    pub pressures: Vec<GroupPressure>,
+}
+
+/// The law of a group of elements.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GroupMaterial {
+    /// Physical group.
+    pub group: String,
+    /// Its law.
+    pub material: MaterialLaw,
+}
+
+/// A prescribed displacement of a group of nodes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GroupSupport {
+    /// Physical group.
+    pub group: String,
+    /// Whether x and y are fixed.
+    pub fix: [bool; 2],
+    /// Displacement of the fixed components at the full value of the channel, mm.
+    pub displacement_mm: [f64; 2],
+    /// The channel with which a non-zero displacement ramps.
+    pub channel: usize,
+}
+
+/// A dead traction on a group of edges.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GroupTraction {
+    /// Physical group.
+    pub group: String,
+    /// Force per reference area at the channel's largest absolute value, MPa.
+    pub mpa: [f64; 2],
+    /// The channel that scales it.
+    pub channel: usize,
+}
+
+/// A follower pressure on a group of edges; positive pushes into the solid.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GroupPressure {
+    /// Physical group.
+    pub group: String,
+    /// The channel that drives it.
+    pub channel: usize,
+}
+
+/// Which element is used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ElementChoice {
+    /// `quad9` for an actuator; the file's own elements for a mesh file.
+    #[default]
+    Auto,
+    /// Q1P0: bilinear displacement, constant pressure.
+    Quad4,
+    /// Q2P1: biquadratic displacement, linear discontinuous pressure.
+    Quad9,
+}
+
+/// Element and size asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MeshRequest {
+    /// Element family.
+    pub element: ElementChoice,
+    /// No element edge longer than this; `None`: the size rule for 1 % of the tip displacement.
+    pub max_size_mm: Option<f64>,
+}
+
+/// Self-contact setting.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactMode {
+    /// Left out until contact exists, with an entry in `left_out`.
+    #[default]
+    Auto,
+    /// Left out.
+    Off,
+}
+
+/// A named point of the reference shape.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Probe {
+    /// Its name.
+    pub name: String,
+    /// Its place, fixed in space when a gradient is taken, mm.
+    pub at_mm: Point,
+}
+
+/// Sense in which an enclosed area counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Orientation {
+    /// The objective is -A.
+    #[default]
+    CounterClockwise,
+    /// The objective is +A.
+    Clockwise,
+}
+
+/// A displacement component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Component {
+    /// Along the actuator.
+    X,
+    /// Across it.
+    Y,
+}
+
+/// What is evaluated over the path.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum SceneObjective {
+    /// The area that a probe's closed path encloses (Eq. 3), mm^2.
+    EnclosedArea {
+        /// Name of the probe.
+        probe: String,
+        /// Its sense.
+        orientation: Orientation,
+    },
+    /// sign * displacement component of a probe at a state of the path, mm.
+    Displacement {
+        /// Name of the probe.
+        probe: String,
+        /// Component.
+        component: Component,
+        /// Index in the path.
+        state: usize,
+        /// +1 or -1.
+        sign: f64,
+    },
+}

@@ -1,0 +1,3 @@
+//! The one executable: `salp`.
+
+fn main() {}
