@@ -1,6 +1,7 @@
 //! The science of Salp: no async, no SQL, no sockets, no clock, no environment, no printing.
 
 pub mod actuation;
+pub mod document;
 pub mod fault;
 pub mod geometry;
 pub mod material;

@@ -2,7 +2,15 @@
 //!
 //! Lengths in mm, stress in MPa, pressure in kPa. [`Scene`] is the resolved document: what every default became.
 
-mod validate;
+pub(crate) mod actuation;
+pub(crate) mod actuator;
+mod material;
+mod mesh_file;
+mod resolved;
+mod shape;
+#[cfg(test)]
+mod tests;
+pub(crate) mod validate;
 
 use std::path::PathBuf;
 
@@ -12,10 +20,11 @@ use crate::actuation::ActuationCycle;
 use crate::geometry::{Actuator, Point};
 use crate::material::MaterialLaw;
 
+pub use material::{material_document, read_material};
 pub use validate::read_scene;
 
-/// A resolved scene.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// A resolved scene; it serialises to the document that reads back to it.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// What is analysed.
     pub body: Body,

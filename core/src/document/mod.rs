@@ -1,0 +1,10 @@
+//! Documents as JSON values: parsing, overriding a field, and reading with every fault at once.
+
+mod node;
+mod parse;
+mod set;
+
+pub(crate) use node::all;
+pub use node::{Node, Object, read};
+pub use parse::{parse_json, parse_toml};
+pub use set::set;
