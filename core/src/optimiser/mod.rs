@@ -1,5 +1,30 @@
 //! Optimisers as pure, serialisable ask/tell state machines over slices of f64.
+//!
+//! [`start`] opens a run and says which points it wants evaluated; [`step`] takes the answers and says which points
+//! come next, or why the run is over. Between two calls a run is a plain record ([`OptimiserState`]): store it as JSON
+//! (with serde_json's `float_roundtrip`), read it back anywhere, and the run goes on bit by bit as if nothing had
+//! happened. There is no clock, no randomness and no hidden state.
 
 mod contract;
+mod mmfd;
+mod nnls;
+mod options;
+mod point;
+mod problem;
+mod state;
+mod stop;
+mod sweep;
+mod thin_qr;
+mod vector;
+
+#[cfg(test)]
+mod tests;
 
 pub use contract::{Ask, AskKind, Told, Values};
+pub use mmfd::Mmfd;
+pub use options::{GradientSource, MmfdOptions, OptimiserOptions, SweepOptions};
+pub use point::Point;
+pub use problem::{Problem, StartError};
+pub use state::{OptimiserState, Step, rebase, start, step};
+pub use stop::StopReason;
+pub use sweep::Sweep;

@@ -1,0 +1,326 @@
+//! The direction-finding problem.
+//!
+//! In scaled variables z = x / s, with rows a_j of active constraints and bounds normalised to unit length and
+//! d = grad f / |grad f|:
+//! - nothing active: the conjugate direction of Fletcher and Reeves;
+//! - active, none violated: min d.S with a_j.S <= 0, |S| <= 1. Its solution is the projection of -d on the cone of
+//!   feasible directions, S = -(d + A' lambda), lambda = argmin over lambda >= 0 of |d + A' lambda|;
+//! - violated: min d.S - phi beta with a_j.S + theta_j beta <= 0, |(S, beta)| <= 1: the same problem with one more
+//!   variable.
+//!
+//! Vanderplaats, Numerical Optimization Techniques for Engineering Design, chapter 6; the push-off
+//! theta = (1 - g / CT)^2, at most 50, is CONMIN's (NASA TM X-62,282).
+
+use serde::{Deserialize, Serialize};
+
+use super::rows::{self, Gradient};
+use crate::optimiser::{
+    nnls,
+    problem::Problem,
+    vector::{dot, largest, norm},
+};
+
+/// A projected gradient shorter than this, the gradient's length being 1, is none.
+pub(super) const KUHN_TUCKER: f64 = 1e-3;
+/// A row shorter than this has no direction.
+const NULL_ROW: f64 = 1e-12;
+const MOST_PUSH_OFF: f64 = 50.0;
+
+/// What a direction is found from.
+pub(super) struct At<'a> {
+    pub problem: &'a Problem,
+    pub x: &'a [f64],
+    /// Row values.
+    pub g: &'a [f64],
+    pub gradient: &'a Gradient,
+    pub scale: &'a [f64],
+    pub ct: f64,
+    pub ctmin: f64,
+    pub phi: f64,
+    pub push_off: f64,
+    /// Below this length of the scaled gradient the objective is stationary.
+    pub stationary: f64,
+}
+
+/// A direction to search along.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Direction {
+    /// dx / d alpha; in scaled variables the largest component is 1.
+    pub step: Vec<f64>,
+    /// df / d alpha.
+    pub slope: f64,
+    /// d row / d alpha, for every row.
+    pub row_slopes: Vec<f64>,
+    /// Rows that the direction is tangent to, each with its Lagrange multiplier (positive).
+    pub tangent: Vec<(usize, f64)>,
+    /// Variables pressed against an active bound.
+    pub held: Vec<usize>,
+}
+
+/// Memory of the conjugate directions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Conjugacy {
+    /// The last direction in scaled variables, before its normalisation; none after a restart.
+    pub direction: Option<Vec<f64>>,
+    /// Squared length of the gradient that it came from.
+    pub squared_gradient: f64,
+    /// Directions since the restart.
+    pub count: usize,
+}
+
+pub(super) enum Found {
+    Direction(Direction),
+    /// First-order conditions hold to this residual.
+    KuhnTucker {
+        residual: f64,
+        multipliers: Vec<f64>,
+    },
+    /// No direction leads towards the feasible region.
+    None,
+    /// First-order conditions hold with multipliers on rows that are not at their boundary: CT must shrink.
+    NotComplementary,
+}
+
+/// A row of the subproblem.
+struct Row {
+    /// Constraint row, or none for a bound.
+    source: Option<usize>,
+    /// Variable of a bound.
+    variable: usize,
+    /// Length of the gradient before normalisation.
+    length: f64,
+    unit: Vec<f64>,
+    theta: f64,
+}
+
+/// Finds the direction; `conjugacy` is what the last one left behind.
+pub(super) fn find(at: &At<'_>, conjugacy: &mut Conjugacy) -> Found {
+    let n = at.x.len();
+    let objective: Vec<f64> = at
+        .gradient
+        .objective
+        .iter()
+        .zip(at.scale)
+        .map(|(g, s)| g * s)
+        .collect();
+    let length = norm(&objective);
+    let active = active_rows(at);
+    let violated = at.g.iter().any(|&g| g > at.ctmin);
+
+    if !violated && length <= at.stationary {
+        return Found::KuhnTucker {
+            residual: 0.0,
+            multipliers: vec![0.0; at.problem.constraints()],
+        };
+    }
+    if active.is_empty() {
+        let direction = conjugate(&objective, length, conjugacy);
+        return Found::Direction(finish(at, &direction, &objective, &active, &[]));
+    }
+    *conjugacy = Conjugacy::default();
+
+    let unit_length = if length > 0.0 { length } else { 1.0 };
+    let mut p: Vec<f64> = objective.iter().map(|value| value / unit_length).collect();
+    if !violated {
+        let matrix: Vec<Vec<f64>> = active.iter().map(|row| row.unit.clone()).collect();
+        let solution = nnls::solve(&matrix, &p);
+        let direction: Vec<f64> = solution.residual.iter().map(|value| -value).collect();
+        let residual = norm(&direction);
+        if residual < KUHN_TUCKER {
+            let off_boundary =
+                active
+                    .iter()
+                    .zip(&solution.multipliers)
+                    .any(|(row, &multiplier)| {
+                        multiplier > 1e-9
+                            && row.source.is_some_and(|source| at.g[source] < -at.ctmin)
+                    });
+            if off_boundary {
+                return Found::NotComplementary;
+            }
+            let multipliers =
+                told_multipliers(at.problem, &tangent(&active, &solution.multipliers, length));
+            return Found::KuhnTucker {
+                residual,
+                multipliers,
+            };
+        }
+        return Found::Direction(finish(
+            at,
+            &direction,
+            &objective,
+            &active,
+            &solution.multipliers,
+        ));
+    }
+
+    p.push(-at.phi);
+    let steepest = active.iter().map(|row| row.theta).fold(0.0, f64::max);
+    let extended: Vec<Vec<f64>> = active
+        .iter()
+        .map(|row| {
+            let mut entries = row.unit.clone();
+            entries.push(if steepest > 0.0 {
+                row.theta / steepest
+            } else {
+                0.0
+            });
+            entries
+        })
+        .collect();
+    let solution = nnls::solve(&extended, &p);
+    let direction: Vec<f64> = solution.residual[..n].iter().map(|value| -value).collect();
+    let beta = -solution.residual[n];
+    if steepest <= 0.0 || norm(&direction) <= 1e-9 * at.phi || beta <= 1e-9 * at.phi {
+        return Found::None;
+    }
+    // Multipliers of this subproblem price the way back, not the objective: the search does not use them.
+    let unpriced = vec![0.0; active.len()];
+    let mut found = finish(at, &direction, &objective, &active, &unpriced);
+    found.held = held(&active, &solution.multipliers);
+    Found::Direction(found)
+}
+
+/// Active constraints and bounds, normalised.
+fn active_rows(at: &At<'_>) -> Vec<Row> {
+    let n = at.x.len();
+    let mut active = Vec::new();
+    for (source, &g) in at.g.iter().enumerate() {
+        if g >= at.ct {
+            let mut unit = rows::scaled_gradient(at.problem, at.gradient, at.scale, source);
+            let length = norm(&unit);
+            if length < NULL_ROW {
+                tracing::debug!(
+                    row = source,
+                    "active constraint without a gradient is left out of the direction"
+                );
+                continue;
+            }
+            for value in &mut unit {
+                *value /= length;
+            }
+            let theta = if g > at.ctmin {
+                at.push_off * (1.0 - g / at.ct).powi(2).min(MOST_PUSH_OFF)
+            } else {
+                0.0
+            };
+            active.push(Row {
+                source: Some(source),
+                variable: 0,
+                length,
+                unit,
+                theta,
+            });
+        }
+    }
+    for (variable, &x) in at.x.iter().enumerate() {
+        let (lower, upper) = (at.problem.lower[variable], at.problem.upper[variable]);
+        for (sign, distance, bound) in [(-1.0, x - lower, lower), (1.0, upper - x, upper)] {
+            if distance <= 1e-6 * bound.abs().max(1.0) {
+                let mut unit = vec![0.0; n];
+                unit[variable] = sign;
+                active.push(Row {
+                    source: None,
+                    variable,
+                    length: 1.0,
+                    unit,
+                    theta: 0.0,
+                });
+            }
+        }
+    }
+    active
+}
+
+/// Fletcher and Reeves; steepest descent after n + 1 directions or where it would not descend.
+fn conjugate(objective: &[f64], length: f64, conjugacy: &mut Conjugacy) -> Vec<f64> {
+    let mut direction: Vec<f64> = objective.iter().map(|value| -value).collect();
+    let squared = length * length;
+    let mut count = 1;
+    if let Some(last) = conjugacy.direction.as_ref()
+        && conjugacy.count <= objective.len()
+        && conjugacy.squared_gradient > 0.0
+    {
+        let factor = squared / conjugacy.squared_gradient;
+        let candidate: Vec<f64> = direction
+            .iter()
+            .zip(last)
+            .map(|(d, l)| d + factor * l)
+            .collect();
+        if dot(&candidate, objective) < -1e-3 * norm(&candidate) * length {
+            direction = candidate;
+            count = conjugacy.count + 1;
+        }
+    }
+    *conjugacy = Conjugacy {
+        direction: Some(direction.clone()),
+        squared_gradient: squared,
+        count,
+    };
+    direction
+}
+
+/// Normalises a direction and works out what the search needs to know of it.
+fn finish(
+    at: &At<'_>,
+    direction: &[f64],
+    objective: &[f64],
+    active: &[Row],
+    multipliers: &[f64],
+) -> Direction {
+    let most = largest(direction).max(f64::MIN_POSITIVE);
+    let unit: Vec<f64> = direction.iter().map(|value| value / most).collect();
+    let slope = dot(objective, &unit);
+    let row_slopes = (0..rows::count(at.problem))
+        .map(|row| {
+            dot(
+                &rows::scaled_gradient(at.problem, at.gradient, at.scale, row),
+                &unit,
+            )
+        })
+        .collect();
+    Direction {
+        step: unit
+            .iter()
+            .zip(at.scale)
+            .map(|(value, scale)| value * scale)
+            .collect(),
+        slope,
+        row_slopes,
+        tangent: tangent(active, multipliers, norm(objective)),
+        held: held(active, multipliers),
+    }
+}
+
+/// Constraint rows with a positive multiplier, in units of the objective per unit of the row.
+fn tangent(active: &[Row], multipliers: &[f64], length: f64) -> Vec<(usize, f64)> {
+    active
+        .iter()
+        .zip(multipliers)
+        .filter(|&(_, &multiplier)| multiplier > 1e-9)
+        .filter_map(|(row, &multiplier)| {
+            row.source
+                .map(|source| (source, multiplier * length / row.length))
+        })
+        .collect()
+}
+
+/// Variables of the bounds with a positive multiplier.
+fn held(active: &[Row], multipliers: &[f64]) -> Vec<usize> {
+    active
+        .iter()
+        .zip(multipliers)
+        .filter(|(row, multiplier)| row.source.is_none() && **multiplier > 0.0)
+        .map(|(row, _)| row.variable)
+        .collect()
+}
+
+/// Multipliers of rows as multipliers of the constraints that were told.
+pub(super) fn told_multipliers(problem: &Problem, tangent: &[(usize, f64)]) -> Vec<f64> {
+    let mut multipliers = vec![0.0; problem.constraints()];
+    for &(row, multiplier) in tangent {
+        let (index, sign) = rows::constraint(problem, row);
+        multipliers[index] += sign * multiplier;
+    }
+    multipliers
+}

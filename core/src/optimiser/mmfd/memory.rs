@@ -1,0 +1,238 @@
+//! What a run remembers from one iteration to the next, and the stop rules that read it.
+
+use serde::{Deserialize, Serialize};
+
+use super::direction::{Conjugacy, Direction};
+use crate::optimiser::{options::MmfdOptions, point::Point, stop::StopReason};
+
+const FIRST_PHI: f64 = 5.0;
+const LARGEST_PHI: f64 = 1000.0;
+/// A run has reached its best value when it is this close, relatively.
+const REACHED: f64 = 1e-3;
+
+/// Memories of the method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Memory {
+    /// s: the method works in x / s.
+    pub scale: Vec<f64>,
+    /// Iteration at which the scales are due again.
+    scale_due: usize,
+    /// CT, from which rows are active.
+    pub ct: f64,
+    pub phi: f64,
+    pub conjugacy: Conjugacy,
+    /// Relative change of the objective that a first step aims at (DOBJ).
+    objective_change: f64,
+    /// Largest relative move that a first step allows (DX).
+    relative_move: f64,
+    /// Consecutive iterations with a small absolute change, with a small relative change, outside the feasible region.
+    small_absolute: usize,
+    small_relative: usize,
+    pub infeasible: usize,
+    /// DABOBJ.
+    pub absolute_tolerance: f64,
+    /// Cost at which each new best feasible objective was met.
+    progress: Vec<(usize, f64)>,
+}
+
+impl Memory {
+    pub fn new(options: &MmfdOptions, n: usize) -> Self {
+        Self {
+            scale: vec![1.0; n],
+            scale_due: 0,
+            ct: options.active_from,
+            phi: FIRST_PHI,
+            conjugacy: Conjugacy::default(),
+            objective_change: options.first_objective_change,
+            relative_move: options.first_move,
+            small_absolute: 0,
+            small_relative: 0,
+            infeasible: 0,
+            absolute_tolerance: options.absolute_tolerance.unwrap_or(0.0),
+            progress: Vec::new(),
+        }
+    }
+
+    /// Takes the scales |x| again where they are due, and restarts conjugacy.
+    pub fn rescale(&mut self, options: &MmfdOptions, x: &[f64], iteration: usize) {
+        let every = options.scale_every.unwrap_or(x.len());
+        if every > 0 && iteration >= self.scale_due {
+            self.scale = x
+                .iter()
+                .map(|x| if x.abs() > 1e-10 { x.abs() } else { 1.0 })
+                .collect();
+            self.scale_due = iteration + every;
+            self.conjugacy = Conjugacy::default();
+        }
+    }
+
+    /// The first step of a search.
+    pub fn first_step(
+        &self,
+        direction: &Direction,
+        at: &Point,
+        g: &[f64],
+        feasible: bool,
+        options: &MmfdOptions,
+    ) -> f64 {
+        let mut alpha = self.objective_change * at.objective.abs()
+            / direction.slope.abs().max(f64::MIN_POSITIVE);
+        let mut longest = f64::INFINITY;
+        for ((x, step), scale) in at.x.iter().zip(&direction.step).zip(&self.scale) {
+            if x.abs() >= 0.1 * scale && *step != 0.0 {
+                longest = longest.min(self.relative_move * x.abs() / step.abs());
+            }
+        }
+        if longest.is_infinite() {
+            longest = self.relative_move;
+        }
+        if alpha <= 1e-6 {
+            alpha = longest;
+        }
+        alpha = alpha.min(longest).max(1e-6);
+        let tolerance = options.violation_tolerance;
+        if feasible {
+            // Not beyond the first boundary ahead, unless that is next to nothing.
+            for (row, &slope) in direction.row_slopes.iter().enumerate() {
+                let tangent = direction.tangent.iter().any(|&(tangent, _)| tangent == row);
+                if slope > 0.0 && !tangent {
+                    let at = (0.5 * tolerance - g[row]) / slope;
+                    if at > 0.1 * alpha {
+                        alpha = alpha.min(at);
+                    }
+                }
+            }
+            alpha
+        } else {
+            let to_boundary = g
+                .iter()
+                .zip(&direction.row_slopes)
+                .filter(|&(&g, &slope)| g > tolerance && slope < 0.0)
+                .map(|(g, slope)| -g / slope)
+                .fold(0.0, f64::max);
+            if to_boundary > 0.0 {
+                to_boundary.min(10.0 * alpha)
+            } else {
+                alpha
+            }
+        }
+    }
+
+    /// Notes what the best feasible objective cost.
+    pub fn note_progress(&mut self, cost: usize, best: Option<&Point>, tolerance: f64) {
+        if let Some(best) = best.filter(|best| best.violation <= tolerance)
+            && self
+                .progress
+                .last()
+                .is_none_or(|(_, objective)| best.objective < *objective)
+        {
+            self.progress.push((cost, best.objective));
+        }
+    }
+
+    /// What it cost to come within 0.1 % of the best feasible objective.
+    fn cost_to_best(&self) -> Option<usize> {
+        let (_, best) = self.progress.last()?;
+        let near = best + REACHED * best.abs();
+        self.progress
+            .iter()
+            .find(|(_, objective)| *objective <= near)
+            .map(|(cost, _)| *cost)
+    }
+
+    /// Learns from an iteration, and says whether it was the last.
+    pub fn close(
+        &mut self,
+        options: &MmfdOptions,
+        from: &Point,
+        to: &Point,
+        moved: bool,
+        iteration: usize,
+        cost: usize,
+    ) -> Option<StopReason> {
+        let tolerance = options.violation_tolerance;
+        let change = (to.objective - from.objective).abs();
+        let relative = change / to.objective.abs().max(f64::MIN_POSITIVE);
+        let both_feasible = from.violation <= tolerance && to.violation <= tolerance;
+        if moved {
+            let largest =
+                to.x.iter()
+                    .zip(&from.x)
+                    .zip(&self.scale)
+                    .map(|((to, from), scale)| (to - from).abs() / from.abs().max(0.1 * scale))
+                    .fold(0.0, f64::max);
+            self.relative_move = f64::midpoint(self.relative_move, largest).clamp(1e-3, 1.0);
+            if both_feasible {
+                let seen = change / from.objective.abs().max(f64::MIN_POSITIVE);
+                self.objective_change = f64::midpoint(self.objective_change, seen).clamp(1e-3, 0.2);
+            }
+        } else {
+            self.relative_move = (0.1 * self.relative_move).max(1e-3);
+            self.conjugacy = Conjugacy::default();
+        }
+        if to.violation > tolerance {
+            self.infeasible += 1;
+            self.phi = (10.0 * self.phi).min(LARGEST_PHI);
+            self.small_absolute = 0;
+            self.small_relative = 0;
+            if self.infeasible >= options.infeasible_iterations {
+                return Some(StopReason::NoFeasibleDesign {
+                    iterations: self.infeasible,
+                    violation: to.violation,
+                });
+            }
+        } else {
+            self.infeasible = 0;
+            self.phi = FIRST_PHI;
+        }
+        if both_feasible {
+            self.small_absolute = if change <= self.absolute_tolerance {
+                self.small_absolute + 1
+            } else {
+                0
+            };
+            self.small_relative = if relative <= options.relative_tolerance {
+                self.small_relative + 1
+            } else {
+                0
+            };
+            if self.small_absolute >= options.consecutive {
+                return Some(StopReason::Absolute {
+                    change,
+                    tolerance: self.absolute_tolerance,
+                });
+            }
+            if self.small_relative >= options.consecutive {
+                return Some(StopReason::Relative {
+                    change: relative,
+                    tolerance: options.relative_tolerance,
+                });
+            }
+            if self.small_relative > 0 || self.small_absolute > 0 {
+                self.shrink(options);
+            }
+            if let Some(cost_to_best) = self.cost_to_best()
+                && options.stall_factor > 0.0
+                && self.small_relative > 0
+                && cost as f64 > options.stall_factor * cost_to_best as f64
+            {
+                return Some(StopReason::Stall { cost, cost_to_best });
+            }
+        }
+        if iteration >= options.max_iterations {
+            return Some(StopReason::IterationLimit {
+                iterations: iteration,
+            });
+        }
+        None
+    }
+
+    /// Narrows the band of active rows: slow progress may be due to rows that are not yet at their boundary.
+    fn shrink(&mut self, options: &MmfdOptions) {
+        let tolerance = options.violation_tolerance;
+        let factor = (tolerance / options.active_from.abs())
+            .powf(1.0 / options.consecutive as f64)
+            .min(1.0);
+        self.ct = -(self.ct.abs() * factor).max(tolerance);
+    }
+}

@@ -1,0 +1,79 @@
+//! Constraints as one-sided rows: an equality is two opposed inequalities inside the method.
+
+use serde::{Deserialize, Serialize};
+
+use crate::optimiser::{contract::Values, problem::Problem};
+
+/// Gradients at a point, as the model tells them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Gradient {
+    /// d objective / d x.
+    pub objective: Vec<f64>,
+    /// d constraint / d x, one row per constraint.
+    pub constraints: Vec<Vec<f64>>,
+}
+
+impl Gradient {
+    /// The gradients among values, if they are there, of the right lengths and finite.
+    pub fn of(problem: &Problem, values: &Values) -> Option<Self> {
+        let n = problem.dimension();
+        let whole = |row: &Vec<f64>| row.len() == n && row.iter().all(|value| value.is_finite());
+        let objective = values.gradient.clone().filter(whole)?;
+        let constraints = if problem.constraints() == 0 {
+            Vec::new()
+        } else {
+            let rows = values.constraint_gradients.clone()?;
+            if rows.len() != problem.constraints() || !rows.iter().all(whole) {
+                return None;
+            }
+            rows
+        };
+        Some(Self {
+            objective,
+            constraints,
+        })
+    }
+}
+
+/// Number of one-sided rows.
+pub(super) fn count(problem: &Problem) -> usize {
+    problem.inequalities + 2 * problem.equalities
+}
+
+/// The constraint behind a row, and the sign it enters with.
+pub(super) fn constraint(problem: &Problem, row: usize) -> (usize, f64) {
+    if row < problem.inequalities {
+        (row, 1.0)
+    } else {
+        let side = row - problem.inequalities;
+        (
+            problem.inequalities + side / 2,
+            if side.is_multiple_of(2) { 1.0 } else { -1.0 },
+        )
+    }
+}
+
+/// Values of all rows.
+pub(super) fn values(problem: &Problem, constraints: &[f64]) -> Vec<f64> {
+    (0..count(problem))
+        .map(|row| {
+            let (index, sign) = constraint(problem, row);
+            sign * constraints[index]
+        })
+        .collect()
+}
+
+/// Gradient of a row with respect to x / scale.
+pub(super) fn scaled_gradient(
+    problem: &Problem,
+    gradient: &Gradient,
+    scale: &[f64],
+    row: usize,
+) -> Vec<f64> {
+    let (index, sign) = constraint(problem, row);
+    gradient.constraints[index]
+        .iter()
+        .zip(scale)
+        .map(|(value, scale)| sign * value * scale)
+        .collect()
+}

@@ -1,0 +1,129 @@
+//! The shape of a problem: bounds and counts of constraints.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::contract::Values;
+
+/// Minimise f(x) with lower <= x <= upper, g(x) <= 0 (`inequalities` of them) and h(x) = 0 (`equalities`).
+///
+/// Bounds are finite so that a state survives JSON; a bound beyond 1e20 counts as none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Problem {
+    /// Lower bounds.
+    pub lower: Vec<f64>,
+    /// Upper bounds.
+    pub upper: Vec<f64>,
+    /// Number of constraints g <= 0, first in [`Values::constraints`].
+    pub inequalities: usize,
+    /// Number of constraints h = 0, after the inequalities.
+    pub equalities: usize,
+}
+
+/// Why a problem cannot be started.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum StartError {
+    /// No variables.
+    #[error("start a problem without variables")]
+    NoVariables,
+    /// Lengths disagree.
+    #[error("start with {found} entries in {what}, expected {expected}")]
+    Length {
+        /// Which list.
+        what: &'static str,
+        /// Number of variables.
+        expected: usize,
+        /// Entries found.
+        found: usize,
+    },
+    /// A number that is infinite or not a number.
+    #[error("start with the non-finite entry {index} in {what}")]
+    NotFinite {
+        /// Which list.
+        what: &'static str,
+        /// Which entry.
+        index: usize,
+    },
+    /// Bounds the wrong way round.
+    #[error("start with bounds [{lower}, {upper}] of variable {index} the wrong way round")]
+    Bounds {
+        /// Which variable.
+        index: usize,
+        /// Its lower bound.
+        lower: f64,
+        /// Its upper bound.
+        upper: f64,
+    },
+    /// An option outside its range.
+    #[error("start with {0}")]
+    Options(crate::fault::Faults),
+}
+
+impl Problem {
+    /// Number of variables.
+    pub fn dimension(&self) -> usize {
+        self.lower.len()
+    }
+
+    /// Number of constraint values, inequalities and equalities.
+    pub fn constraints(&self) -> usize {
+        self.inequalities + self.equalities
+    }
+
+    /// Largest violation of values: max of 0, g and |h|.
+    pub fn violation(&self, constraints: &[f64]) -> f64 {
+        let (g, h) = constraints.split_at(self.inequalities.min(constraints.len()));
+        let largest = g.iter().copied().fold(0.0, f64::max);
+        h.iter().map(|value| value.abs()).fold(largest, f64::max)
+    }
+
+    /// The bounds' nearest point to `x`.
+    pub fn clip(&self, x: &mut [f64]) {
+        for (value, (lower, upper)) in x.iter_mut().zip(self.lower.iter().zip(&self.upper)) {
+            *value = value.max(*lower).min(*upper);
+        }
+    }
+
+    pub(crate) fn check(&self, x0: &[f64]) -> Result<(), StartError> {
+        let n = self.dimension();
+        if n == 0 {
+            return Err(StartError::NoVariables);
+        }
+        for (what, list) in [("upper", self.upper.as_slice()), ("x0", x0)] {
+            if list.len() != n {
+                return Err(StartError::Length {
+                    what,
+                    expected: n,
+                    found: list.len(),
+                });
+            }
+        }
+        for (what, list) in [
+            ("lower", self.lower.as_slice()),
+            ("upper", &self.upper),
+            ("x0", x0),
+        ] {
+            if let Some(index) = list.iter().position(|value| !value.is_finite()) {
+                return Err(StartError::NotFinite { what, index });
+            }
+        }
+        for (index, (&lower, &upper)) in self.lower.iter().zip(&self.upper).enumerate() {
+            if lower > upper {
+                return Err(StartError::Bounds {
+                    index,
+                    lower,
+                    upper,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether values have this problem's lengths and are finite; a worker's nonsense counts as a failure.
+    pub(crate) fn accepts(&self, values: &Values) -> bool {
+        values.objective.is_finite()
+            && values.constraints.len() == self.constraints()
+            && values.constraints.iter().all(|value| value.is_finite())
+    }
+}

@@ -1,0 +1,166 @@
+//! The one door to every optimiser.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    contract::{Ask, Told},
+    mmfd::Mmfd,
+    options::OptimiserOptions,
+    point::Point,
+    problem::{Problem, StartError},
+    stop::StopReason,
+    sweep::Sweep,
+};
+use crate::fault::Faults;
+
+/// A run between two evaluations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "method", rename_all = "snake_case")]
+pub enum OptimiserState {
+    /// Modified method of feasible directions.
+    Mmfd(Box<Mmfd>),
+    /// A list of points.
+    Sweep(Sweep),
+}
+
+/// What a step leads to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// The run after the step.
+    pub state: OptimiserState,
+    /// Points wanted next, independent of each other; none when the run is over.
+    pub asks: Vec<Ask>,
+    /// Why the run is over, if it is.
+    pub done: Option<StopReason>,
+}
+
+/// Opens a run from `x0`, which is moved into the bounds.
+pub fn start(
+    options: OptimiserOptions,
+    problem: Problem,
+    mut x0: Vec<f64>,
+) -> Result<(OptimiserState, Vec<Ask>), StartError> {
+    problem.check(&x0)?;
+    let mut faults = Faults::default();
+    options.faults("optimiser", &mut faults);
+    faults.check(()).map_err(StartError::Options)?;
+    problem.clip(&mut x0);
+    let state = match options {
+        OptimiserOptions::Mmfd(options) => {
+            OptimiserState::Mmfd(Box::new(Mmfd::start(options, problem, x0)))
+        }
+        OptimiserOptions::Sweep(options) => {
+            OptimiserState::Sweep(Sweep::start(options, problem, x0)?)
+        }
+    };
+    let asks = state.asks();
+    Ok((state, asks))
+}
+
+/// Goes on with the answers to the asks of the last step, in their order.
+///
+/// An answer that is missing, of the wrong length or not finite counts as [`Told::Failed`]; surplus ones are ignored.
+/// A finished run stays finished.
+pub fn step(state: &OptimiserState, told: &[Told]) -> Step {
+    let mut state = state.clone();
+    match &mut state {
+        OptimiserState::Mmfd(mmfd) => mmfd.tell(told),
+        OptimiserState::Sweep(sweep) => sweep.tell(told),
+    }
+    Step {
+        asks: state.asks(),
+        done: state.done(),
+        state,
+    }
+}
+
+/// Asks for the iterate again because the model's values have changed their meaning (a new mesh plan), and restarts the
+/// method's memories: conjugacy, step lengths, counts of consecutive small changes. What was asked before is void.
+/// A finished run, and a sweep, are left as they are.
+pub fn rebase(state: &OptimiserState) -> Step {
+    let mut state = state.clone();
+    if let OptimiserState::Mmfd(mmfd) = &mut state {
+        mmfd.rebase();
+    }
+    Step {
+        asks: state.asks(),
+        done: state.done(),
+        state,
+    }
+}
+
+impl OptimiserState {
+    /// The points whose answers the run waits for.
+    pub fn asks(&self) -> Vec<Ask> {
+        match self {
+            Self::Mmfd(mmfd) => mmfd.asks(),
+            Self::Sweep(sweep) => sweep.asks(),
+        }
+    }
+
+    /// Why the run is over, if it is.
+    pub fn done(&self) -> Option<StopReason> {
+        match self {
+            Self::Mmfd(mmfd) => mmfd.done(),
+            Self::Sweep(sweep) => sweep.done,
+        }
+    }
+
+    /// The current iterate with its values, once it has some; a sweep's is its best point.
+    pub fn iterate(&self) -> Option<&Point> {
+        match self {
+            Self::Mmfd(mmfd) => mmfd.iterate(),
+            Self::Sweep(sweep) => sweep.best.as_ref(),
+        }
+    }
+
+    /// The best point evaluated: of those within the violation tolerance the one with the lowest objective, else the
+    /// one with the least violation. After a [`rebase`] it counts from there.
+    pub fn best(&self) -> Option<&Point> {
+        match self {
+            Self::Mmfd(mmfd) => mmfd.best(),
+            Self::Sweep(sweep) => sweep.best.as_ref(),
+        }
+    }
+
+    /// Iterations completed.
+    pub fn iteration(&self) -> usize {
+        match self {
+            Self::Mmfd(mmfd) => mmfd.iteration(),
+            Self::Sweep(_) => 0,
+        }
+    }
+
+    /// Whether the pending asks open a new iteration: the moment at which a [`rebase`] loses no work.
+    pub fn at_iteration_boundary(&self) -> bool {
+        match self {
+            Self::Mmfd(mmfd) => mmfd.at_iteration_boundary(),
+            Self::Sweep(_) => false,
+        }
+    }
+
+    /// Points answered, those of differences included, gradients at points with known values excluded.
+    pub fn analyses(&self) -> usize {
+        match self {
+            Self::Mmfd(mmfd) => mmfd.analyses(),
+            Self::Sweep(sweep) => sweep.analyses,
+        }
+    }
+
+    /// Gradients had: from the model, or from a batch of differences.
+    pub fn gradients(&self) -> usize {
+        match self {
+            Self::Mmfd(mmfd) => mmfd.gradients(),
+            Self::Sweep(_) => 0,
+        }
+    }
+
+    /// Lagrange multipliers of the last direction, one per constraint (d objective / d constraint, sign reversed;
+    /// of either sign for equalities).
+    pub fn multipliers(&self) -> Vec<f64> {
+        match self {
+            Self::Mmfd(mmfd) => mmfd.multipliers().to_vec(),
+            Self::Sweep(_) => Vec::new(),
+        }
+    }
+}
