@@ -2,8 +2,13 @@
 
 mod discretisation;
 pub mod gmsh;
+mod locate;
+mod mapped;
+pub mod quality;
 
 pub use discretisation::{
     BoundaryEdge, BoundaryLoop, Cavity, Discretisation, ElementBlock, ElementKind, Mesh, Support,
     Traction,
 };
+pub use locate::{Location, locate};
+pub use mapped::{MappedMesh, build};

@@ -1,0 +1,182 @@
+//! What is discrete and frozen about a mesh: the topology of its blocks, element counts, gradings, and the base design
+//! from which the blocks' target shapes are derived. With a plan given, node positions are a smooth function of the
+//! chambers' corners.
+//!
+//! A unit is a grid of blocks, `columns` by `rows`, with one rectangle of blocks left out for each chamber; a chamber's
+//! boundary is the rim of its rectangle. So a wall has the columns (rows) between a chamber and the outline, and the
+//! corner between two walls is a block of its own: at a chamber's corner three blocks share the solid angle.
+
+mod layout;
+mod logical_corners;
+mod size_rule;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Actuator, InfeasibleGeometry, Point};
+
+/// Finite elements that a plan is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanElement {
+    /// Bilinear, at least three through every wall.
+    Quad4,
+    /// Biquadratic, at least two through every wall.
+    Quad9,
+}
+
+/// A column or row of blocks: where its element lines cut it, as fractions, both ends left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Strip(pub Vec<f64>);
+
+impl Strip {
+    /// Number of elements across the strip.
+    pub fn elements(&self) -> usize {
+        self.0.len() + 1
+    }
+
+    /// The element lines with both ends, from 0 to 1.
+    pub fn lines(&self) -> impl Iterator<Item = f64> + '_ {
+        std::iter::once(0.0)
+            .chain(self.0.iter().copied())
+            .chain(std::iter::once(1.0))
+    }
+
+    fn split(&self, factor: usize) -> Self {
+        let lines: Vec<f64> = self.lines().collect();
+        let mut fractions = Vec::new();
+        for pair in lines.windows(2) {
+            for k in 0..factor {
+                fractions.push(pair[0] + (pair[1] - pair[0]) * k as f64 / factor as f64);
+            }
+        }
+        fractions.remove(0);
+        Self(fractions)
+    }
+}
+
+/// A place on a chamber's boundary: the fraction of an edge, which runs from corner `edge` to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Station {
+    /// Edge.
+    pub edge: usize,
+    /// Fraction in [0, 1).
+    pub fraction: f64,
+}
+
+impl Station {
+    /// The place on a chamber.
+    pub fn at(self, corners: &[Point]) -> Point {
+        let (a, b) = (corners[self.edge], corners[(self.edge + 1) % corners.len()]);
+        let f = self.fraction;
+        [a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1])]
+    }
+}
+
+/// Where a chamber sits in its unit's grid of blocks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChamberPlan {
+    /// First and last vertex line of its columns.
+    pub columns: [usize; 2],
+    /// First and last vertex line of its rows.
+    pub rows: [usize; 2],
+    /// The places of the rim's vertices, counter-clockwise from the rim's lower left.
+    pub ring: Vec<Station>,
+}
+
+/// The blocks of a unit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UnitPlan {
+    /// Columns from left to right.
+    pub columns: Vec<Strip>,
+    /// Chambers in the unit's order.
+    pub chambers: Vec<ChamberPlan>,
+}
+
+/// The frozen part of a mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeshPlan {
+    /// Element kind.
+    pub element: PlanElement,
+    /// The design for which the plan was made: of the targets of the block map.
+    pub base: Actuator,
+    /// One plan where the units are copies of each other, else one per unit.
+    pub units: Vec<UnitPlan>,
+    /// Rows from bottom to top, the same in every unit.
+    pub rows: Vec<Strip>,
+}
+
+impl MeshPlan {
+    /// Chooses a plan for a design: by the size rule for 1 % of the tip displacement, or with no element edge longer than
+    /// `max_size_mm` at this design.
+    pub fn choose(
+        actuator: &Actuator,
+        element: PlanElement,
+        max_size_mm: Option<f64>,
+    ) -> Result<Self, InfeasibleGeometry> {
+        layout::choose(actuator, element, max_size_mm)
+    }
+
+    /// The plan with every element split into `factor` by `factor`; its mesh is nested in this one's.
+    #[must_use]
+    pub fn refined(&self, factor: usize) -> Self {
+        let mut plan = self.clone();
+        let factor = factor.max(1);
+        for strip in plan
+            .rows
+            .iter_mut()
+            .chain(plan.units.iter_mut().flat_map(|u| &mut u.columns))
+        {
+            *strip = strip.split(factor);
+        }
+        plan
+    }
+
+    /// Whether two plans have the same element kind, blocks and counts, so that one may stand in for the other.
+    pub fn same_counts(&self, other: &Self) -> bool {
+        let strips = |a: &[Strip], b: &[Strip]| {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.elements() == b.elements())
+        };
+        let ring = |a: &[Station], b: &[Station]| {
+            a.len() == b.len()
+                && a.iter()
+                    .zip(b)
+                    .all(|(a, b)| a.edge == b.edge && (a.fraction == 0.0) == (b.fraction == 0.0))
+        };
+        self.element == other.element
+            && self.base.unit_mm == other.base.unit_mm
+            && self.base.units.len() == other.base.units.len()
+            && self.base.repeated == other.base.repeated
+            && strips(&self.rows, &other.rows)
+            && self.units.len() == other.units.len()
+            && self.units.iter().zip(&other.units).all(|(a, b)| {
+                strips(&a.columns, &b.columns)
+                    && a.chambers.len() == b.chambers.len()
+                    && a.chambers.iter().zip(&b.chambers).all(|(a, b)| {
+                        a.columns == b.columns && a.rows == b.rows && ring(&a.ring, &b.ring)
+                    })
+            })
+    }
+
+    /// Number of elements of the whole chain.
+    pub fn elements(&self) -> usize {
+        let copies = if self.base.repeated {
+            self.base.units.len()
+        } else {
+            1
+        };
+        let count = |strips: &[Strip]| strips.iter().map(Strip::elements).sum::<usize>();
+        let unit = |unit: &UnitPlan| {
+            let holes: usize = unit
+                .chambers
+                .iter()
+                .map(|c| {
+                    count(&unit.columns[c.columns[0]..c.columns[1]])
+                        * count(&self.rows[c.rows[0]..c.rows[1]])
+                })
+                .sum();
+            count(&unit.columns) * count(&self.rows) - holes
+        };
+        copies * self.units.iter().map(unit).sum::<usize>()
+    }
+}

@@ -1,0 +1,423 @@
+//! The mesher of fixed topology: cuts the blocks of a solved [`BlockMap`] into elements.
+//!
+//! A block is a straight-sided quadrilateral and its element lines lie at fixed fractions of its sides, so every node is
+//! a fixed bilinear combination of four block vertices, elements have straight sides, and an element's corner Jacobian is
+//! positive wherever the block's four are.
+
+use std::collections::HashMap;
+
+use super::discretisation::{
+    BoundaryEdge, BoundaryLoop, Cavity, Discretisation, ElementBlock, ElementKind, Mesh, Support,
+};
+use super::quality;
+use crate::geometry::{
+    Actuator, BlockMap, InfeasibleGeometry, MeshPlan, PlanElement, Point, Strip,
+};
+
+/// A node as a combination of block vertices.
+#[derive(Clone, Copy, Debug)]
+struct NodeSource {
+    unit: u32,
+    vertices: [u32; 4],
+    weights: [f64; 4],
+}
+
+/// A mesh whose node positions are a smooth function of the chambers' corners.
+#[derive(Clone, Debug)]
+pub struct MappedMesh {
+    /// Nodes, elements, supports (x = 0 fixed), cavities (chamber i on channel i), boundary.
+    pub discretisation: Discretisation,
+    /// Least scaled corner Jacobian of the elements.
+    pub scaled_jacobian: f64,
+    /// Longest edge of an element, mm.
+    pub longest_edge_mm: f64,
+    plan: MeshPlan,
+    map: BlockMap,
+    sources: Vec<NodeSource>,
+    units: usize,
+}
+
+/// Meshes a design by a plan that was chosen for it or for one with the same units, chambers and corners.
+pub fn build(actuator: &Actuator, plan: &MeshPlan) -> Result<MappedMesh, InfeasibleGeometry> {
+    let map = BlockMap::solve(plan, actuator)?;
+    let mut builder = Builder::new(actuator, plan, &map);
+    builder.add_units();
+    let (discretisation, sources) = builder.finish();
+    let worst = quality::least_scaled_jacobian(&discretisation.mesh);
+    let (scaled_jacobian, element) = worst.unwrap_or((1.0, 0));
+    if scaled_jacobian.is_nan() || scaled_jacobian < quality::SCALED_JACOBIAN_FLOOR {
+        let node = discretisation.mesh.blocks[0].nodes[element * plan_nodes(plan)];
+        return Err(InfeasibleGeometry::MeshFolds {
+            unit: sources[node as usize].unit as usize,
+            scaled_jacobian,
+        });
+    }
+    Ok(MappedMesh {
+        scaled_jacobian,
+        longest_edge_mm: quality::longest_edge(&discretisation.mesh),
+        discretisation,
+        plan: plan.clone(),
+        map,
+        sources,
+        units: actuator.units.len(),
+    })
+}
+
+fn plan_nodes(plan: &MeshPlan) -> usize {
+    kind(plan.element).nodes()
+}
+
+fn kind(element: PlanElement) -> ElementKind {
+    match element {
+        PlanElement::Quad4 => ElementKind::Quad4,
+        PlanElement::Quad9 => ElementKind::Quad9,
+    }
+}
+
+impl MappedMesh {
+    /// The plan that it follows.
+    pub fn plan(&self) -> &MeshPlan {
+        &self.plan
+    }
+
+    /// Newton steps of the block map.
+    pub fn map_steps(&self) -> usize {
+        self.map.steps
+    }
+
+    /// Turns a gradient with respect to node positions into one with respect to the chambers' corners, per unit, chamber
+    /// and corner. Where all units are copies of one, the gradient is the sum over the units.
+    pub fn pull_back(&self, node_gradient: &[[f64; 2]]) -> Vec<Vec<Vec<Point>>> {
+        let vertices = self.map.positions().len();
+        let repeated = self.plan.base.repeated;
+        let maps = if repeated { self.units } else { 1 };
+        let mut reach = vec![vec![[0.0; 2]; vertices]; maps];
+        for (source, g) in self.sources.iter().zip(node_gradient) {
+            let into = &mut reach[if repeated { source.unit as usize } else { 0 }];
+            for (v, weight) in source.vertices.iter().zip(source.weights) {
+                for c in 0..2 {
+                    into[*v as usize][c] += weight * g[c];
+                }
+            }
+        }
+        reach
+            .iter()
+            .flat_map(|g| self.map.pull_back(&self.plan, g))
+            .collect()
+    }
+}
+
+/// Lattice of one direction of a unit: `order` lattice steps per element.
+struct Lattice {
+    /// Strip and place in it of every lattice line; a line between strips is the start of the later one.
+    lines: Vec<(usize, f64)>,
+    /// First lattice line of every strip, and the last line.
+    starts: Vec<usize>,
+}
+
+impl Lattice {
+    fn new(strips: &[Strip], order: usize) -> Self {
+        let (mut lines, mut starts) = (vec![], vec![]);
+        for (s, strip) in strips.iter().enumerate() {
+            starts.push(lines.len());
+            let places: Vec<f64> = strip.lines().collect();
+            for pair in places.windows(2) {
+                for k in 0..order {
+                    let f = k as f64 / order as f64;
+                    lines.push((s, pair[0] + f * (pair[1] - pair[0])));
+                }
+            }
+        }
+        starts.push(lines.len());
+        lines.push((strips.len(), 0.0));
+        Self { lines, starts }
+    }
+
+    fn last(&self) -> usize {
+        self.lines.len() - 1
+    }
+}
+
+struct Builder<'a> {
+    actuator: &'a Actuator,
+    plan: &'a MeshPlan,
+    map: &'a BlockMap,
+    order: usize,
+    columns: Vec<Lattice>,
+    rows: Lattice,
+    /// Node at a lattice point of a unit.
+    index: HashMap<(usize, usize, usize), u32>,
+    nodes: Vec<Point>,
+    sources: Vec<NodeSource>,
+    elements: ElementBlock,
+}
+
+impl<'a> Builder<'a> {
+    fn new(actuator: &'a Actuator, plan: &'a MeshPlan, map: &'a BlockMap) -> Self {
+        let order = match plan.element {
+            PlanElement::Quad4 => 1,
+            PlanElement::Quad9 => 2,
+        };
+        Self {
+            actuator,
+            plan,
+            map,
+            order,
+            columns: plan
+                .units
+                .iter()
+                .map(|u| Lattice::new(&u.columns, order))
+                .collect(),
+            rows: Lattice::new(&plan.rows, order),
+            index: HashMap::new(),
+            nodes: vec![],
+            sources: vec![],
+            elements: ElementBlock {
+                kind: kind(plan.element),
+                nodes: vec![],
+                material: vec![],
+                tag: vec![],
+            },
+        }
+    }
+
+    /// The solved unit that a unit of the chain follows.
+    fn pattern(&self, unit: usize) -> usize {
+        if self.plan.base.repeated { 0 } else { unit }
+    }
+
+    /// The node at a lattice point, made where it does not yet exist. `block` is a block that touches it.
+    fn node(&mut self, unit: usize, at: (usize, usize), block: (usize, usize)) -> u32 {
+        let pattern = self.pattern(unit);
+        if at.0 == 0 && unit > 0 {
+            let before = self.columns[self.pattern(unit - 1)].last();
+            if let Some(node) = self.index.get(&(unit - 1, before, at.1)) {
+                return *node;
+            }
+        }
+        if let Some(node) = self.index.get(&(unit, at.0, at.1)) {
+            return *node;
+        }
+        let place = |lattice: &Lattice, line: usize, strip: usize| {
+            if line == lattice.starts[strip + 1] {
+                1.0
+            } else {
+                lattice.lines[line].1
+            }
+        };
+        let (column, row) = block;
+        let u = place(&self.columns[pattern], at.0, column);
+        let v = place(&self.rows, at.1, row);
+        let vertices = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| {
+            self.map
+                .vertex(self.plan, pattern, column + i, row + j)
+                .map_or(0, |v| v as u32)
+        });
+        let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v];
+        let shift = (unit - pattern) as f64 * self.actuator.unit_mm[0];
+        let mut position = [shift, 0.0];
+        for (vertex, weight) in vertices.iter().zip(weights) {
+            let p = self.map.positions()[*vertex as usize];
+            position[0] += weight * p[0];
+            position[1] += weight * p[1];
+        }
+        let node = self.nodes.len() as u32;
+        self.nodes.push(position);
+        self.sources.push(NodeSource {
+            unit: unit as u32,
+            vertices,
+            weights,
+        });
+        self.index.insert((unit, at.0, at.1), node);
+        node
+    }
+
+    fn add_units(&mut self) {
+        for unit in 0..self.actuator.units.len() {
+            let pattern = self.pattern(unit);
+            let plan = &self.plan.units[pattern];
+            for column in 0..plan.columns.len() {
+                for row in 0..self.plan.rows.len() {
+                    let open = plan.chambers.iter().any(|c| {
+                        (c.columns[0]..c.columns[1]).contains(&column)
+                            && (c.rows[0]..c.rows[1]).contains(&row)
+                    });
+                    if !open {
+                        self.add_block(unit, column, row);
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_block(&mut self, unit: usize, column: usize, row: usize) {
+        let pattern = self.pattern(unit);
+        let n = self.order;
+        let [i0, i1] = [0, 1].map(|k| self.columns[pattern].starts[column + k]);
+        let [j0, j1] = [0, 1].map(|k| self.rows.starts[row + k]);
+        // Corners, mid-sides, centre, in steps of the lattice.
+        let quad4 = [(0, 0), (1, 0), (1, 1), (0, 1)].as_slice();
+        let quad9 = [
+            (0, 0),
+            (2, 0),
+            (2, 2),
+            (0, 2),
+            (1, 0),
+            (2, 1),
+            (1, 2),
+            (0, 1),
+            (1, 1),
+        ]
+        .as_slice();
+        let pattern_of_element = if n == 1 { quad4 } else { quad9 };
+        for i in (i0..i1).step_by(n) {
+            for j in (j0..j1).step_by(n) {
+                for (a, b) in pattern_of_element {
+                    let node = self.node(unit, (i + a, j + b), (column, row));
+                    self.elements.nodes.push(node);
+                }
+                self.elements.material.push(unit as u16);
+                let tag = self.elements.tag.len() as u32;
+                self.elements.tag.push(tag);
+            }
+        }
+    }
+
+    fn at(&self, unit: usize, i: usize, j: usize) -> u32 {
+        if i == 0 && unit > 0 {
+            let before = self.columns[self.pattern(unit - 1)].last();
+            return self.index[&(unit - 1, before, j)];
+        }
+        self.index[&(unit, i, j)]
+    }
+
+    /// Edges along a path of lattice nodes whose every `order`-th is an element corner.
+    fn edges(&self, path: &[u32]) -> Vec<BoundaryEdge> {
+        let n = self.order;
+        (0..path.len() - 1)
+            .step_by(n)
+            .map(|k| BoundaryEdge {
+                ends: [path[k], path[k + n]],
+                mid: (n == 2).then(|| path[k + 1]),
+            })
+            .collect()
+    }
+
+    fn outline(&self) -> BoundaryLoop {
+        let units = self.actuator.units.len();
+        let top = self.rows.last();
+        let rail = |j: usize| -> Vec<u32> {
+            let mut path = vec![self.at(0, 0, j)];
+            for unit in 0..units {
+                let last = self.columns[self.pattern(unit)].last();
+                path.extend((1..=last).map(|i| self.at(unit, i, j)));
+            }
+            path
+        };
+        let end = self.columns[self.pattern(units - 1)].last();
+        let face = |unit: usize, i: usize| -> Vec<u32> {
+            (0..=top).map(|j| self.at(unit, i, j)).collect()
+        };
+        let reversed = |mut path: Vec<u32>| {
+            path.reverse();
+            path
+        };
+        let sides = [
+            rail(0),
+            face(units - 1, end),
+            reversed(rail(top)),
+            reversed(face(0, 0)),
+        ];
+        let mut outline = BoundaryLoop::default();
+        for side in sides {
+            for (k, edge) in self.edges(&side).into_iter().enumerate() {
+                outline.edges.push(edge);
+                outline.starts_at_corner.push(k == 0);
+            }
+        }
+        outline
+    }
+
+    /// The rim of a chamber with the chamber on its left, and for each edge whether it starts at a polygon corner.
+    fn rim(&self, unit: usize, chamber: usize) -> (Vec<BoundaryEdge>, Vec<bool>) {
+        let pattern = self.pattern(unit);
+        let plan = &self.plan.units[pattern].chambers[chamber];
+        let columns = &self.columns[pattern].starts;
+        let [i0, i1] = plan.columns.map(|l| columns[l]);
+        let [j0, j1] = plan.rows.map(|l| self.rows.starts[l]);
+        let mut path: Vec<(usize, usize)> = (i0..i1).map(|i| (i, j0)).collect();
+        path.extend((j0..j1).map(|j| (i1, j)));
+        path.extend((i0 + 1..=i1).rev().map(|i| (i, j1)));
+        path.extend((j0..=j1).rev().map(|j| (i0, j)).take(j1 - j0 + 1));
+        let nodes: Vec<u32> = path.iter().map(|(i, j)| self.at(unit, *i, *j)).collect();
+        // Stations are in the order of the rim's strip lines.
+        let on_line = |(i, j): (usize, usize)| {
+            columns.contains(&i) && (j == j0 || j == j1)
+                || self.rows.starts.contains(&j) && (i == i0 || i == i1)
+        };
+        let mut station = 0;
+        let mut corners = vec![];
+        for (k, at) in path[..path.len() - 1].iter().enumerate() {
+            let mut corner = false;
+            if on_line(*at) {
+                corner = plan.ring[station].fraction == 0.0;
+                station += 1;
+            }
+            if k % self.order == 0 {
+                corners.push(corner);
+            }
+        }
+        (self.edges(&nodes), corners)
+    }
+
+    fn finish(self) -> (Discretisation, Vec<NodeSource>) {
+        let mut boundary = vec![self.outline()];
+        let mut cavities = vec![];
+        for (unit, content) in self.actuator.units.iter().enumerate() {
+            for chamber in 0..content.chambers_mm.len() {
+                let (edges, corners) = self.rim(unit, chamber);
+                // The void's loop runs the other way round.
+                let n = edges.len();
+                boundary.push(BoundaryLoop {
+                    edges: edges
+                        .iter()
+                        .rev()
+                        .map(|e| BoundaryEdge {
+                            ends: [e.ends[1], e.ends[0]],
+                            mid: e.mid,
+                        })
+                        .collect(),
+                    starts_at_corner: (0..n).map(|k| corners[(n - k) % n]).collect(),
+                });
+                cavities.push(Cavity {
+                    channel: chamber,
+                    edges,
+                    closing_points_mm: vec![],
+                    closed: true,
+                });
+            }
+        }
+        let supports = (0..=self.rows.last())
+            .flat_map(|j| {
+                let node = self.at(0, 0, j);
+                [0, 1].map(|component| Support {
+                    node,
+                    component,
+                    displacement_mm: 0.0,
+                    channel: 0,
+                })
+            })
+            .collect();
+        let discretisation = Discretisation {
+            mesh: Mesh {
+                nodes: self.nodes,
+                blocks: vec![self.elements],
+            },
+            supports,
+            cavities,
+            tractions: vec![],
+            boundary,
+        };
+        (discretisation, self.sources)
+    }
+}
