@@ -71,7 +71,7 @@ impl BlockMap {
     }
 
     /// Vertex index at a column line and a row line of a unit; `None` inside a chamber.
-    pub(crate) fn vertex(&self, plan: &MeshPlan, unit: usize, i: usize, j: usize) -> Option<usize> {
+    pub fn vertex(&self, plan: &MeshPlan, unit: usize, i: usize, j: usize) -> Option<usize> {
         let lines_x = plan.units[unit].columns.len() + 1;
         let v = self.topology.grids[unit][j * lines_x + i];
         (v != NONE).then_some(v as usize)
@@ -197,7 +197,7 @@ impl BlockMap {
                 let (g, h) =
                     energy::derivatives(&corners(&self.positions, block), *target, eps, !exact);
                 self.topology
-                    .scatter(block, &g, &h, (&mut gradient, &mut self.factor));
+                    .scatter(block, &g, &h, &mut gradient, &mut self.factor);
             }
             if !exact {
                 let shift = 1e-10 * self.factor.largest_diagonal();
@@ -336,7 +336,7 @@ fn spring_guess(
                 hessian[q][p] -= k;
             }
         }
-        topology.scatter(block, &g, &hessian, (&mut gradient, &mut matrix));
+        topology.scatter(block, &g, &hessian, &mut gradient, &mut matrix);
     }
     matrix.factorise();
     let mut step: Vec<f64> = gradient.iter().map(|g| -g).collect();

@@ -241,7 +241,8 @@ impl Topology {
         block: &Block,
         gradient: &[f64; 8],
         hessian: &[[f64; 8]; 8],
-        into: (&mut [f64], &mut Envelope),
+        total: &mut [f64],
+        matrix: &mut Envelope,
     ) {
         let slots: [u32; 8] =
             std::array::from_fn(|p| self.unknowns[block.vertices[p / 2] as usize][p % 2]);
@@ -250,11 +251,11 @@ impl Topology {
                 continue;
             }
             let i = slots[p] as usize;
-            into.0[i] += gradient[p];
+            total[i] += gradient[p];
             for q in 0..8 {
                 // Tied unknowns can meet in one block: then both (p, q) and (q, p) count on the diagonal.
                 if slots[q] != NONE && slots[q] as usize <= i {
-                    into.1.add(i, slots[q] as usize, hessian[p][q]);
+                    matrix.add(i, slots[q] as usize, hessian[p][q]);
                 }
             }
         }
