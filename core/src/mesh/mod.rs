@@ -5,6 +5,7 @@ pub mod gmsh;
 mod locate;
 mod mapped;
 pub mod quality;
+pub mod vtu;
 
 pub use discretisation::{
     BoundaryEdge, BoundaryLoop, Cavity, Discretisation, ElementBlock, ElementKind, Mesh, Support,
