@@ -6,6 +6,7 @@ pub mod fault;
 pub mod geometry;
 pub mod material;
 pub mod optimiser;
+pub mod picture;
 pub mod scene;
 pub mod study;
 
