@@ -1,10 +1,17 @@
 //! Units, chambers, their cascade, and what makes a design valid. Lengths in mm.
 
 mod block_map;
+mod cascade;
+mod design;
 mod plan;
 pub mod polygon;
 mod unit;
+pub mod validity;
 
 pub use block_map::BlockMap;
+pub use cascade::cascade;
+pub use design::{
+    StackedPair, VARIABLES_PER_UNIT, design_gradient, design_of_units, units_of_design,
+};
 pub use plan::{ChamberPlan, MeshPlan, PlanElement, Station, Strip, UnitPlan};
 pub use unit::{Actuator, InfeasibleGeometry, Point, Unit};
