@@ -4,7 +4,7 @@ mod node;
 mod parse;
 mod set;
 
-pub(crate) use node::all;
+pub(crate) use node::{IS_REQUIRED, all};
 pub use node::{Node, Object, read};
 pub use parse::{parse_json, parse_toml};
 pub use set::set;

@@ -9,6 +9,9 @@ use serde_json::{Map, Value};
 
 use crate::fault::Faults;
 
+/// Message of a missing field.
+pub(crate) const IS_REQUIRED: &str = "is required";
+
 /// Reads a document with `reader`; every fault that it notes is returned.
 pub fn read<T>(document: &Value, reader: impl FnOnce(&Node<'_>) -> Option<T>) -> Result<T, Faults> {
     let faults = RefCell::new(Faults::default());
@@ -58,6 +61,13 @@ impl<'a> Node<'a> {
             .borrow_mut()
             .add(self.path.clone(), message.into());
         None
+    }
+
+    /// Notes faults that something else found; `None` if there are any.
+    pub fn append(&self, faults: Faults) -> Option<()> {
+        let none = faults.0.is_empty();
+        self.faults.borrow_mut().0.extend(faults.0);
+        none.then_some(())
     }
 
     /// Notes a fault unless `holds`.
@@ -295,7 +305,7 @@ impl<'a> Object<'a> {
     pub fn required(&self, name: &str) -> Option<Node<'a>> {
         let node = self.get(name);
         if node.is_none() {
-            self.fault(name, "is required");
+            self.fault(name, IS_REQUIRED);
         }
         node
     }

@@ -1,7 +1,30 @@
 //! The study document, its restarts, and what an evaluation is asked and answers.
 
+mod chambers;
+mod design;
+mod error;
+mod fingerprint;
+mod preset;
+mod random;
+mod read;
+mod read_optimiser;
+mod read_step;
+pub mod restart;
 pub mod result;
+pub mod spec;
+mod start;
+#[cfg(test)]
+mod tests;
+mod told;
 
+pub use design::{DesignVariables, TIP};
+pub use error::StudyError;
+pub use fingerprint::{HistoryEntry, empty_history, extend_history, history_sha256};
+pub use preset::{PRESETS, expand, preset};
+pub use read::read_study;
+pub use restart::{BestPoint, RestartState, RestartStep, RestartStop, StudyStop, begin, step};
 pub use result::{
     EvaluationReport, EvaluationRequest, Outcome, OutcomeStatus, OverlapReport, StateReport,
 };
+pub use spec::Study;
+pub use start::RestartSpec;

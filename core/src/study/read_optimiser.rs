@@ -1,0 +1,289 @@
+//! Reads a step's optimiser and its starts.
+
+use super::spec::{Restarts, StartKind};
+use crate::document::{Node, Object};
+use crate::optimiser::{GradientSource, MmfdOptions, OptimiserOptions, SweepOptions};
+
+const MAX_POINTS: usize = 100_000;
+const MAX_RANDOM: usize = 100_000;
+const DEFAULT_SEED: u64 = 1;
+
+/// Lower and upper bounds of a step's variables.
+pub type Bounds = (Vec<f64>, Vec<f64>);
+
+/// Reads `optimiser` for a finite-element model (`chambers`) or a program, which gives gradients or not.
+pub fn read_optimiser(
+    node: &Node<'_>,
+    chambers: bool,
+    gives_gradients: bool,
+    bounds: Option<&Bounds>,
+) -> Option<OptimiserOptions> {
+    let object = node.open()?;
+    let mmfd = object
+        .required("method")?
+        .choice(&[("mmfd", true), ("sweep", false)])?;
+    let options = if mmfd {
+        read_mmfd(&object, chambers, gives_gradients).map(OptimiserOptions::Mmfd)
+    } else {
+        read_sweep(&object, bounds).map(OptimiserOptions::Sweep)
+    }?;
+    let mut faults = crate::fault::Faults::default();
+    options.faults(node.path(), &mut faults);
+    node.append(faults)?;
+    Some(options)
+}
+
+fn read_mmfd(object: &Object<'_>, chambers: bool, gives_gradients: bool) -> Option<MmfdOptions> {
+    object.allow(&[
+        "method",
+        "gradient",
+        "eager_gradients",
+        "difference_step",
+        "least_difference_step",
+        "active_from",
+        "violation_tolerance",
+        "absolute_tolerance",
+        "relative_tolerance",
+        "consecutive",
+        "max_iterations",
+        "first_objective_change",
+        "first_move",
+        "scale_every",
+        "infeasible_iterations",
+        "push_off",
+        "stall_factor",
+    ]);
+    let default = MmfdOptions {
+        gradient: if gives_gradients {
+            GradientSource::Model
+        } else {
+            GradientSource::Differences
+        },
+        // The adjoint costs a few per cent of the analysis that it belongs to; a program's gradient may cost anything.
+        eager_gradients: chambers,
+        ..MmfdOptions::default()
+    };
+    let gradient = object.or("gradient", default.gradient, |n| {
+        let source = n.choice(&[
+            ("model", GradientSource::Model),
+            ("differences", GradientSource::Differences),
+        ])?;
+        n.expect(
+            gives_gradients || source == GradientSource::Differences,
+            "the command model gives no gradient (gradient = true is missing there)",
+        )?;
+        Some(source)
+    });
+    let number = |name: &str, default: f64| object.or(name, default, Node::number);
+    let count = |name: &str, default: usize| object.or(name, default, |n| n.count(1, 1_000_000));
+    // Every field is read before the first missing one ends the reading.
+    let eager_gradients = object.or("eager_gradients", default.eager_gradients, Node::boolean);
+    let difference_step = number("difference_step", default.difference_step);
+    let least_difference_step = number("least_difference_step", default.least_difference_step);
+    let active_from = number("active_from", default.active_from);
+    let violation_tolerance = number("violation_tolerance", default.violation_tolerance);
+    let absolute_tolerance = object.optional("absolute_tolerance", Node::number);
+    let relative_tolerance = number("relative_tolerance", default.relative_tolerance);
+    let consecutive = count("consecutive", default.consecutive);
+    let max_iterations = count("max_iterations", default.max_iterations);
+    let first_objective_change = number("first_objective_change", default.first_objective_change);
+    let first_move = number("first_move", default.first_move);
+    let scale_every = object.optional("scale_every", |n| n.count(0, 1_000_000));
+    let infeasible_iterations = count("infeasible_iterations", default.infeasible_iterations);
+    let push_off = number("push_off", default.push_off);
+    let stall_factor = number("stall_factor", default.stall_factor);
+    Some(MmfdOptions {
+        gradient: gradient?,
+        eager_gradients: eager_gradients?,
+        difference_step: difference_step?,
+        least_difference_step: least_difference_step?,
+        active_from: active_from?,
+        violation_tolerance: violation_tolerance?,
+        absolute_tolerance: absolute_tolerance?,
+        relative_tolerance: relative_tolerance?,
+        consecutive: consecutive?,
+        max_iterations: max_iterations?,
+        first_objective_change: first_objective_change?,
+        first_move: first_move?,
+        scale_every: scale_every?,
+        infeasible_iterations: infeasible_iterations?,
+        push_off: push_off?,
+        stall_factor: stall_factor?,
+    })
+}
+
+fn read_sweep(object: &Object<'_>, bounds: Option<&Bounds>) -> Option<SweepOptions> {
+    object.allow(&["method", "grid", "points", "violation_tolerance"]);
+    let tolerance = object.or(
+        "violation_tolerance",
+        SweepOptions::default().violation_tolerance,
+        Node::number,
+    );
+    let points = match (object.get("grid"), object.get("points")) {
+        (Some(grid), None) => read_grid(&grid, bounds),
+        (None, Some(points)) => read_points(&points, bounds),
+        (Some(_), Some(_)) => {
+            object.fault("points", "either grid or points, not both");
+            None
+        }
+        (None, None) => {
+            object.fault(
+                "grid",
+                "is required (or points): a list of values for each variable",
+            );
+            None
+        }
+    };
+    Some(SweepOptions {
+        points: points?,
+        violation_tolerance: tolerance?,
+    })
+}
+
+/// Every combination of the values of each variable; the last variable runs fastest.
+fn read_grid(node: &Node<'_>, bounds: Option<&Bounds>) -> Option<Vec<Vec<f64>>> {
+    let axes = node.list()?;
+    let values = node.each(1, usize::MAX, |axis| axis.numbers(1, MAX_POINTS))?;
+    if let Some((lower, upper)) = bounds {
+        if axes.len() != lower.len() {
+            return node.fault(format!(
+                "expected a list of values for each of the {} variables, found {}",
+                lower.len(),
+                axes.len()
+            ));
+        }
+        let mut sound = true;
+        for (i, axis) in axes.iter().enumerate() {
+            for value in axis.list()? {
+                sound &= value.number_in(lower[i], upper[i]).is_some();
+            }
+        }
+        sound.then_some(())?;
+    }
+    let total = values
+        .iter()
+        .try_fold(1_usize, |n, axis| n.checked_mul(axis.len()))
+        .filter(|n| *n <= MAX_POINTS);
+    if total.is_none() {
+        return node.fault(format!("a sweep has at most {MAX_POINTS} points"));
+    }
+    let mut points = vec![Vec::new()];
+    for axis in &values {
+        points = points
+            .iter()
+            .flat_map(|point: &Vec<f64>| {
+                axis.iter().map(move |v| {
+                    let mut point = point.clone();
+                    point.push(*v);
+                    point
+                })
+            })
+            .collect();
+    }
+    Some(points)
+}
+
+fn read_points(node: &Node<'_>, bounds: Option<&Bounds>) -> Option<Vec<Vec<f64>>> {
+    node.each(1, MAX_POINTS, |point| {
+        let Some((lower, upper)) = bounds else {
+            return point.numbers(1, MAX_POINTS);
+        };
+        let coordinates = point.list()?;
+        if coordinates.len() != lower.len() {
+            return point.fault(format!(
+                "expected {} numbers, found {}",
+                lower.len(),
+                coordinates.len()
+            ));
+        }
+        crate::document::all(
+            coordinates
+                .iter()
+                .enumerate()
+                .map(|(i, c)| c.number_in(lower[i], upper[i])),
+        )
+    })
+}
+
+/// Reads `restarts`; a sweep has none.
+pub fn read_restarts(
+    step: &Object<'_>,
+    optimiser: Option<&OptimiserOptions>,
+    chambers: bool,
+    bounds: Option<&Bounds>,
+) -> Option<Restarts> {
+    if matches!(optimiser, Some(OptimiserOptions::Sweep(_))) {
+        if step.has("restarts") {
+            step.fault(
+                "restarts",
+                "a sweep evaluates its own points and has no starts",
+            );
+        }
+        return Some(Restarts::sweep());
+    }
+    let Some(node) = step.get("restarts") else {
+        // An optimiser that could not be read may be a sweep, so nothing is known to be missing.
+        if optimiser.is_some() {
+            step.fault("restarts", "is required: where the optimiser starts");
+        }
+        return None;
+    };
+    let object = node.object(&["start", "points", "count", "seed"])?;
+    let start = object
+        .required("start")
+        .and_then(|n| read_starts(&n, chambers));
+    let has = |kind: StartKind| start.as_ref().is_none_or(|s| s.contains(&kind));
+    let points = match object.get("points") {
+        Some(n) if has(StartKind::Given) => read_points(&n, bounds),
+        Some(n) => n.fault("belongs to start = \"given\""),
+        None if start.is_some() && has(StartKind::Given) => {
+            object.fault("points", "is required by start = \"given\"");
+            None
+        }
+        None => Some(Vec::new()),
+    };
+    let count = match object.get("count") {
+        Some(n) if has(StartKind::Random) => n.count(1, MAX_RANDOM),
+        Some(n) => n.fault("belongs to start = \"random\""),
+        None if start.is_some() && has(StartKind::Random) => {
+            object.fault("count", "is required by start = \"random\"");
+            None
+        }
+        None => Some(0),
+    };
+    let seed = object.or("seed", DEFAULT_SEED, Node::seed);
+    Some(Restarts {
+        start: start?,
+        points: points?,
+        count: count?,
+        seed: seed?,
+    })
+}
+
+fn read_starts(node: &Node<'_>, chambers: bool) -> Option<Vec<StartKind>> {
+    if node.value().is_array() {
+        let starts = node.each(1, 3, |n| read_start(n, chambers))?;
+        let twice = starts
+            .iter()
+            .enumerate()
+            .any(|(i, s)| starts[..i].contains(s));
+        node.expect(!twice, "names a kind of start twice")?;
+        return Some(starts);
+    }
+    Some(vec![read_start(node, chambers)?])
+}
+
+fn read_start(node: &Node<'_>, chambers: bool) -> Option<StartKind> {
+    match node.value().as_str() {
+        Some(later @ ("latin_hypercube" | "sobol")) => node.fault(format!(
+            "\"{later}\" is not available yet; use \"paper\", \"given\" or \"random\""
+        )),
+        Some("paper") if !chambers => node
+            .fault("\"paper\" is the start of a finite-element model; use \"given\" or \"random\""),
+        _ => node.choice(&[
+            ("paper", StartKind::Paper),
+            ("given", StartKind::Given),
+            ("random", StartKind::Random),
+        ]),
+    }
+}

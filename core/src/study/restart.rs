@@ -1,0 +1,302 @@
+//! A restart: an optimiser's run with its mesh plan, as a pure function of (state, outcomes).
+//!
+//! ```text
+//! begin(study, spec)            -> state, requests
+//! step(study, state, outcomes)  -> state, requests | stop
+//! ```
+//! A state is a plain record: stored as JSON and read back it goes on bit by bit. Outcomes are told in the order of the
+//! requests; who evaluated them, and when, has no influence.
+//!
+//! *Mesh plan.* The element counts of all evaluations come from one design, the plan base. After each iteration of the
+//! optimiser the iterate's own plan is looked at; where its counts differ the iterate becomes the base and is evaluated
+//! again (kind `Replan`), and the optimiser restarts its memories. Should that evaluation fail, the run goes on with the
+//! plan that it had.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::StudyError;
+use super::fingerprint::{HistoryEntry, empty_history, extend_history};
+use super::result::{EvaluationRequest, Outcome, OutcomeStatus};
+use super::spec::{Model, Study};
+use super::start::RestartSpec;
+use crate::optimiser::{self, Ask, OptimiserOptions, OptimiserState, Point, StopReason, Told};
+
+/// A restart between two batches of evaluations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RestartState {
+    /// Where it began.
+    pub spec: RestartSpec,
+    /// The optimiser's run.
+    pub optimiser: OptimiserState,
+    /// The design from which element counts are chosen; `None` for models without a mesh, and for a sweep, where each
+    /// point has its own.
+    pub plan_base: Option<Vec<f64>>,
+    /// Evaluations that are waited for.
+    pub pending: Vec<EvaluationRequest>,
+    /// Evaluations told so far.
+    pub evaluations: usize,
+    /// Changes of the mesh plan so far.
+    pub replans: usize,
+    /// The best design that counts: within the violation tolerance, without overlapping walls, stable.
+    pub best: Option<BestPoint>,
+    /// The best design within the violation tolerance, overlapping walls and unstable branches included.
+    pub best_with_overlap: Option<BestPoint>,
+    /// Why it ended.
+    pub stop: Option<RestartStop>,
+    /// Hash of the history so far.
+    pub history_sha256: String,
+    /// The run and the plan base before the change of plan that is being evaluated.
+    before_replan: Option<Box<BeforeReplan>>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct BeforeReplan {
+    optimiser: OptimiserState,
+    plan_base: Option<Vec<f64>>,
+}
+
+/// A design that is the best so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BestPoint {
+    /// Which evaluation of the restart, from 0.
+    pub evaluation: usize,
+    /// Design variables.
+    pub x: Vec<f64>,
+    /// Objective.
+    pub objective: f64,
+    /// Constraints.
+    pub constraints: Vec<f64>,
+    /// Largest violation.
+    pub max_violation: f64,
+    /// The design of its mesh plan.
+    pub plan_base: Option<Vec<f64>>,
+    /// Whether walls overlap.
+    pub walls_overlap: bool,
+}
+
+/// Why a restart ended.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum RestartStop {
+    /// The optimiser ended it.
+    Optimiser(StopReason),
+    /// The study did.
+    Study(StudyStop),
+}
+
+/// Why a study ends a restart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "reason", rename_all = "snake_case")]
+pub enum StudyStop {
+    /// The next batch would exceed the restart's share of the evaluations.
+    EvaluationBudget {
+        /// Its share.
+        evaluations: usize,
+    },
+}
+
+/// What a step leads to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RestartStep {
+    /// The restart after the step.
+    pub state: RestartState,
+    /// Evaluations wanted next, independent of each other; none when it has ended.
+    pub asks: Vec<EvaluationRequest>,
+    /// Why it has ended, if it has.
+    pub done: Option<RestartStop>,
+    /// The best design that counts, so far.
+    pub best: Option<BestPoint>,
+}
+
+/// Opens a restart.
+pub fn begin(
+    study: &Study,
+    spec: &RestartSpec,
+) -> Result<(RestartState, Vec<EvaluationRequest>), StudyError> {
+    let step = study.step(spec.step)?;
+    let problem = study.problem(spec.step)?;
+    let (optimiser, asks) = optimiser::start(step.optimiser.clone(), problem, spec.x0.clone())
+        .map_err(|source| StudyError::Start {
+            step: spec.step,
+            source,
+        })?;
+    let has_base = matches!(step.model, Model::FeCascade(_))
+        && matches!(step.optimiser, OptimiserOptions::Mmfd(_));
+    let mut state = RestartState {
+        spec: spec.clone(),
+        // The optimiser moves the start into the bounds: its first ask is the design that counts.
+        plan_base: asks.first().filter(|_| has_base).map(|ask| ask.x.clone()),
+        optimiser,
+        pending: Vec::new(),
+        evaluations: 0,
+        replans: 0,
+        best: None,
+        best_with_overlap: None,
+        stop: None,
+        history_sha256: empty_history(),
+        before_replan: None,
+    };
+    state.pending = state.requests(study, asks)?;
+    let asks = state.pending.clone();
+    Ok((state, asks))
+}
+
+/// Goes on with the outcomes of the pending evaluations, in their order. A missing outcome counts as `lost`; a restart
+/// that has ended stays as it is.
+pub fn step(
+    study: &Study,
+    state: &RestartState,
+    outcomes: &[Outcome],
+) -> Result<RestartStep, StudyError> {
+    let mut state = state.clone();
+    if state.stop.is_none() {
+        let told = state.take(study, outcomes)?;
+        state.advance(study, &told)?;
+    }
+    Ok(RestartStep {
+        asks: state.pending.clone(),
+        done: state.stop,
+        best: state.best.clone(),
+        state,
+    })
+}
+
+impl RestartState {
+    /// The optimiser's best point, whether or not it counts as a candidate.
+    pub fn final_point(&self) -> Option<&Point> {
+        self.optimiser.best()
+    }
+
+    /// Books the outcomes: history, counts, best so far.
+    fn take(&mut self, study: &Study, outcomes: &[Outcome]) -> Result<Vec<Told>, StudyError> {
+        let problem = study.problem(self.spec.step)?;
+        let tolerance = study.step(self.spec.step)?.optimiser.violation_tolerance();
+        let lost = Outcome::without_values(OutcomeStatus::Lost);
+        let pending = std::mem::take(&mut self.pending);
+        let mut told = Vec::with_capacity(pending.len());
+        for (i, request) in pending.into_iter().enumerate() {
+            let outcome = study.checked(&request, outcomes.get(i).unwrap_or(&lost))?;
+            self.history_sha256 = extend_history(
+                &self.history_sha256,
+                &HistoryEntry::new(self.spec.index, &request, &outcome),
+            );
+            told.push(outcome.told());
+            let violation = problem.violation(&outcome.constraints);
+            if let Some(objective) = outcome.objective
+                && violation <= tolerance
+            {
+                let point = BestPoint {
+                    evaluation: self.evaluations,
+                    x: request.x,
+                    objective,
+                    max_violation: violation,
+                    plan_base: request.plan_base,
+                    walls_overlap: outcome.walls_overlap(),
+                    constraints: outcome.constraints.clone(),
+                };
+                if !point.walls_overlap && !outcome.is_unstable() {
+                    keep_better(&mut self.best, &point);
+                }
+                keep_better(&mut self.best_with_overlap, &point);
+            }
+            self.evaluations += 1;
+        }
+        Ok(told)
+    }
+
+    fn advance(&mut self, study: &Study, told: &[Told]) -> Result<(), StudyError> {
+        let replanned = self.before_replan.take();
+        let failed = matches!(told, [Told::Failed]);
+        let asks = match replanned {
+            Some(before) if failed => {
+                self.optimiser = before.optimiser;
+                self.plan_base = before.plan_base;
+                self.optimiser.asks()
+            }
+            was_replanned => {
+                let next = optimiser::step(&self.optimiser, told);
+                self.optimiser = next.state;
+                self.stop = next.done.map(RestartStop::Optimiser);
+                if was_replanned.is_none() && self.stop.is_none() {
+                    self.replan(study)?.unwrap_or(next.asks)
+                } else {
+                    next.asks
+                }
+            }
+        };
+        if self.stop.is_some() {
+            return Ok(());
+        }
+        if let Some(share) = study.step(self.spec.step)?.evaluations_per_restart()
+            && self.evaluations + asks.len() > share
+        {
+            self.stop = Some(RestartStop::Study(StudyStop::EvaluationBudget {
+                evaluations: share,
+            }));
+            return Ok(());
+        }
+        self.pending = self.requests(study, asks)?;
+        Ok(())
+    }
+
+    /// Between two iterations: makes the iterate the plan's base if its own plan has other element counts.
+    fn replan(&mut self, study: &Study) -> Result<Option<Vec<Ask>>, StudyError> {
+        if !self.optimiser.at_iteration_boundary() {
+            return Ok(None);
+        }
+        let (Some(base), Some(iterate)) = (&self.plan_base, self.optimiser.iterate()) else {
+            return Ok(None);
+        };
+        if study.same_mesh_plan(self.spec.step, base, &iterate.x)? {
+            return Ok(None);
+        }
+        let iterate = iterate.x.clone();
+        let rebased = optimiser::rebase(&self.optimiser);
+        let before = BeforeReplan {
+            optimiser: std::mem::replace(&mut self.optimiser, rebased.state),
+            plan_base: self.plan_base.replace(iterate),
+        };
+        self.before_replan = Some(Box::new(before));
+        self.replans += 1;
+        Ok(Some(rebased.asks))
+    }
+
+    fn requests(
+        &self,
+        study: &Study,
+        asks: Vec<Ask>,
+    ) -> Result<Vec<EvaluationRequest>, StudyError> {
+        let meshed = matches!(study.step(self.spec.step)?.model, Model::FeCascade(_));
+        let request = |ask: Ask| EvaluationRequest {
+            step: self.spec.step,
+            kind: ask.kind,
+            iteration: ask.iteration,
+            plan_base: meshed.then(|| self.plan_base.clone().unwrap_or_else(|| ask.x.clone())),
+            x: ask.x,
+            want_gradient: ask.want_gradient,
+            orientation: self.spec.orientation,
+        };
+        Ok(asks.into_iter().map(request).collect())
+    }
+}
+
+impl RestartStop {
+    /// The reason's name, as it is serialised.
+    pub fn name(&self) -> String {
+        let value = serde_json::to_value(self).unwrap_or_default();
+        value
+            .get("reason")
+            .and_then(serde_json::Value::as_str)
+            .unwrap_or_default()
+            .to_string()
+    }
+}
+
+fn keep_better(best: &mut Option<BestPoint>, point: &BestPoint) {
+    if best
+        .as_ref()
+        .is_none_or(|best| point.objective < best.objective)
+    {
+        *best = Some(point.clone());
+    }
+}

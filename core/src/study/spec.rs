@@ -1,0 +1,338 @@
+//! The study document, resolved: what is designed, from what, by which optimiser, from which starts.
+//!
+//! Every type serialises to the form of the document, so that [`Study::document`] reads back to an equal study. Lengths
+//! in mm, stress in MPa, pressure in kPa.
+
+use serde::{Serialize, Serializer};
+use serde_json::Value;
+
+use crate::actuation::ActuationCycle;
+use crate::geometry::Point;
+use crate::material::{MaterialLaw, records};
+use crate::optimiser::OptimiserOptions;
+use crate::scene::{Component, ContactMode, ElementChoice, Orientation, material_document};
+
+/// A study whose document had no fault.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Study {
+    /// Its name, for people and for the default folder of results.
+    pub name: String,
+    /// What the finite-element models of the steps share; `None` where every step is a command model.
+    #[serde(flatten)]
+    pub body: Option<StudyBody>,
+    /// The steps, in the document's order.
+    #[serde(rename = "step")]
+    pub steps: Vec<StudyStep>,
+}
+
+/// Actuator, material and actuation of the finite-element models.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StudyBody {
+    /// The chain of units and where its chambers may lie.
+    pub actuator: StudyActuator,
+    /// What it is made of.
+    pub material: StudyMaterial,
+    /// Pressures over pseudo-time.
+    #[serde(serialize_with = "actuation_as_document")]
+    pub actuation: ActuationCycle,
+}
+
+/// A chain of equal units and the domains of their chambers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StudyActuator {
+    /// Width and height of a unit.
+    pub unit_mm: [f64; 2],
+    /// Number of units.
+    pub units: usize,
+    /// Which chambers a unit holds.
+    pub layout: Layout,
+    /// Least distance from a chamber's domain to the unit's boundary, and between the two domains.
+    pub wall_mm: f64,
+    /// Distance that each corner keeps from the centre lines of its chamber's domain.
+    pub centre_clearance_mm: f64,
+}
+
+/// Which chambers a unit holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Layout {
+    /// Two quadrilaterals, the lower one driven by channel 0 and the upper one by channel 1.
+    StackedPair,
+}
+
+/// A law, and the record that it comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudyMaterial {
+    /// Name of the record; `None` for a law that the document gives itself.
+    pub record: Option<String>,
+    /// Parameters.
+    pub law: MaterialLaw,
+}
+
+/// One step: an optimisation from several starts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StudyStep {
+    /// Its name, unique in the study.
+    pub id: String,
+    /// Level of the framework, from 1 (the whole actuator) upwards (simpler models).
+    pub level: usize,
+    /// What is minimised; `None` for a command model, which gives its objective itself.
+    pub target: Option<Target>,
+    /// What evaluates a design.
+    pub model: Model,
+    /// What may vary, and between which bounds.
+    pub variables: Variables,
+    /// What must hold.
+    pub constraints: StepConstraints,
+    /// Who chooses the next design.
+    pub optimiser: OptimiserOptions,
+    /// Where it starts; a sweep has no starts.
+    #[serde(skip_serializing_if = "Restarts::is_empty")]
+    pub restarts: Restarts,
+    /// When it must end at the latest.
+    pub budget: Budget,
+    /// How many distinct candidates are kept.
+    pub keeps: usize,
+}
+
+/// What is minimised over the actuation cycle.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Target {
+    /// The area that a point's closed path encloses (Eq. 3), mm^2.
+    EnclosedArea {
+        /// The point in the reference shape.
+        probe_mm: Point,
+        /// Its sense.
+        orientation: StudyOrientation,
+    },
+    /// sign * displacement component of a point at a state of the path, mm.
+    Displacement {
+        /// The point in the reference shape.
+        probe_mm: Point,
+        /// Component.
+        component: Component,
+        /// Index in the path.
+        state: usize,
+        /// +1 or -1.
+        sign: f64,
+    },
+}
+
+/// Sense in which an enclosed area counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StudyOrientation {
+    /// The objective is -A.
+    CounterClockwise,
+    /// The objective is +A.
+    Clockwise,
+    /// Each start becomes two restarts, one of each sense.
+    Either,
+}
+
+/// What evaluates a design.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Model {
+    /// Finite elements on the chain of equal units.
+    FeCascade(FeCascade),
+    /// A program.
+    Command(CommandModel),
+}
+
+/// Settings of the finite-element model.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FeCascade {
+    /// Element family.
+    pub element: ElementChoice,
+    /// No element edge longer than this; `None`: the size rule for 1 % of the tip displacement.
+    pub max_size_mm: Option<f64>,
+    /// A state is accepted when its largest free nodal residual is below this times the largest nodal force.
+    pub relative_residual_force_tolerance: f64,
+    /// Self-contact.
+    pub contact: ContactMode,
+}
+
+/// A program that answers lines of JSON; its form is described in the user's guide.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CommandModel {
+    /// Program and arguments; paths are relative to the study file.
+    pub argv: Vec<String>,
+    /// Seconds after which an evaluation counts as failed.
+    pub time_limit_s: f64,
+    /// Whether it gives gradients.
+    pub gradient: bool,
+}
+
+/// What may vary.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Variables {
+    /// Chamber corners, bounded by the boxes of the actuator's layout.
+    Chambers {
+        /// How the variables give the corners.
+        parametrisation: Parametrisation,
+    },
+    /// The variables of a command model.
+    Bounds {
+        /// Lower bounds.
+        lower: Vec<f64>,
+        /// Upper bounds.
+        upper: Vec<f64>,
+    },
+}
+
+/// How design variables give chamber corners.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Parametrisation {
+    /// `[x1, y1, ..., x8, y8]` (Eq. 2): the corners themselves, lower chamber first.
+    Corners,
+    /// `[width, height]`: two equal rectangles, each at its domain's centre.
+    Rectangle,
+}
+
+/// What must hold, feasible when <= 0.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum StepConstraints {
+    /// Of finite-element models: spike rows, wall rows, then the stretch row.
+    Chambers(ChamberConstraints),
+    /// Of command models: how many values the program gives.
+    Counts {
+        /// Feasible when <= 0.
+        inequalities: usize,
+        /// Feasible when 0; they follow the inequalities.
+        equalities: usize,
+    },
+}
+
+/// Constraints of a finite-element model.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChamberConstraints {
+    /// Least wall thickness t_min: 1 - t / t_min <= 0.
+    pub wall_mm: f64,
+    /// Least interior angle of a chamber's corner, degrees.
+    pub spike_deg: f64,
+    /// Limit of the averaged principal stretch.
+    pub stretch: StretchLimit,
+    /// Radius of the disc over which the stretch is averaged.
+    pub stretch_length_mm: f64,
+}
+
+/// Limit of the averaged principal stretch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StretchLimit {
+    /// That of the material's record.
+    Material,
+    /// A number above 1.
+    Value(f64),
+    /// None.
+    Off,
+}
+
+/// Where the optimiser starts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Restarts {
+    /// Kinds of starts, in their order.
+    pub start: Vec<StartKind>,
+    /// The points of `given`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<Vec<f64>>,
+    /// How many starts `random` draws.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub count: usize,
+    /// Seed of `random`.
+    pub seed: u64,
+}
+
+/// A kind of start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StartKind {
+    /// The paper's: a void of 1 x 1 mm at the centre of every chamber's domain.
+    Paper,
+    /// Points of the document.
+    Given,
+    /// Points drawn uniformly from the bounds.
+    Random,
+}
+
+/// When a step must end at the latest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Budget {
+    /// Evaluations of the step, shared equally between its restarts so that the outcome does not depend on who is first.
+    pub evaluations: Option<usize>,
+}
+
+impl Study {
+    /// The resolved document: every default filled in; it reads back to an equal study.
+    pub fn document(&self) -> Value {
+        // The types hold nothing that JSON cannot express: finite numbers, text keys.
+        serde_json::to_value(self).unwrap_or_default()
+    }
+}
+
+impl StudyBody {
+    /// The stretch limit of a step's constraints as a number; `None` where it is off.
+    pub fn stretch_limit(&self, constraints: &ChamberConstraints) -> Option<f64> {
+        match constraints.stretch {
+            StretchLimit::Off => None,
+            StretchLimit::Value(limit) => Some(limit),
+            StretchLimit::Material => self.material.stretch_limit(),
+        }
+    }
+}
+
+impl StudyMaterial {
+    /// The stretch limit of its record, where it has one.
+    pub fn stretch_limit(&self) -> Option<f64> {
+        records::find(self.record.as_deref()?)?.stretch_limit()
+    }
+}
+
+impl StudyOrientation {
+    /// The senses in which restarts run.
+    pub fn senses(self) -> &'static [Orientation] {
+        match self {
+            Self::CounterClockwise => &[Orientation::CounterClockwise],
+            Self::Clockwise => &[Orientation::Clockwise],
+            Self::Either => &[Orientation::CounterClockwise, Orientation::Clockwise],
+        }
+    }
+}
+
+impl Serialize for StudyMaterial {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.record {
+            Some(name) => serializer.serialize_str(name),
+            None => material_document(&self.law).serialize(serializer),
+        }
+    }
+}
+
+impl Serialize for StretchLimit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Material => serializer.serialize_str("material"),
+            Self::Value(limit) => serializer.serialize_f64(*limit),
+            Self::Off => serializer.serialize_str("off"),
+        }
+    }
+}
+
+fn actuation_as_document<S: Serializer>(
+    cycle: &ActuationCycle,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    crate::scene::actuation::actuation_document(cycle).serialize(serializer)
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature that serde asks for"
+)]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}

@@ -1,0 +1,170 @@
+//! Where the restarts of a step begin: seeded, reproducible, the same whatever the number of workers.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::StudyError;
+use super::random::{SplitMix64, start_seed};
+use super::spec::{Restarts, StartKind, Study, StudyStep, Target};
+use crate::optimiser::OptimiserOptions;
+use crate::scene::Orientation;
+
+/// Random designs that may be refused by the geometric constraints before the last one is taken as it is: the optimiser
+/// finds its way into the feasible region by itself.
+const MAX_DRAWS: usize = 1000;
+
+/// One restart of a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RestartSpec {
+    /// Index of the step in the study.
+    pub step: usize,
+    /// Index in the step.
+    pub index: usize,
+    /// What its random numbers came from; of a start that needs none the study's seed.
+    pub seed: u64,
+    /// Kind of its start; `None` for a sweep.
+    pub start_kind: Option<StartKind>,
+    /// The start.
+    pub x0: Vec<f64>,
+    /// Sense of the enclosed area; `None` where the target has none.
+    pub orientation: Option<Orientation>,
+}
+
+impl Restarts {
+    /// Of a sweep, which has no starts.
+    pub(super) fn sweep() -> Self {
+        Self {
+            start: Vec::new(),
+            points: Vec::new(),
+            count: 0,
+            seed: 0,
+        }
+    }
+
+    /// Whether there are no starts.
+    pub(super) fn is_empty(&self) -> bool {
+        self.start.is_empty()
+    }
+}
+
+impl StudyStep {
+    fn senses(&self) -> Vec<Option<Orientation>> {
+        match &self.target {
+            Some(Target::EnclosedArea { orientation, .. }) => {
+                orientation.senses().iter().copied().map(Some).collect()
+            }
+            _ => vec![None],
+        }
+    }
+
+    /// Number of restarts; each start counts once per sense of the area.
+    pub fn restart_count(&self) -> usize {
+        let starts = match self.optimiser {
+            OptimiserOptions::Sweep(_) => 1,
+            OptimiserOptions::Mmfd(_) => self
+                .restarts
+                .start
+                .iter()
+                .map(|kind| match kind {
+                    StartKind::Paper => 1,
+                    StartKind::Given => self.restarts.points.len(),
+                    StartKind::Random => self.restarts.count,
+                })
+                .sum(),
+        };
+        starts * self.senses().len()
+    }
+
+    /// Evaluations that one restart may ask for; `None` without a budget.
+    pub fn evaluations_per_restart(&self) -> Option<usize> {
+        let total = self.budget.evaluations?;
+        Some((total / self.restart_count().max(1)).max(1))
+    }
+}
+
+impl Study {
+    /// The restarts of a step, in the document's order; with `orientation = "either"` each start is followed by its twin
+    /// of the other sense.
+    pub fn restarts(&self, step: usize) -> Result<Vec<RestartSpec>, StudyError> {
+        let s = self.step(step)?;
+        let mut starts = Vec::new();
+        match &s.optimiser {
+            OptimiserOptions::Sweep(options) => {
+                let first = options.points.first().cloned().unwrap_or_default();
+                starts.push((None, s.restarts.seed, first));
+            }
+            OptimiserOptions::Mmfd(_) => {
+                for kind in &s.restarts.start {
+                    self.add_starts(step, s, *kind, &mut starts)?;
+                }
+            }
+        }
+        let senses = s.senses();
+        let twins = starts
+            .into_iter()
+            .flat_map(|start| senses.iter().map(move |sense| (start.clone(), *sense)));
+        Ok(twins
+            .enumerate()
+            .map(
+                |(index, ((start_kind, seed, x0), orientation))| RestartSpec {
+                    step,
+                    index,
+                    seed,
+                    start_kind,
+                    x0,
+                    orientation,
+                },
+            )
+            .collect())
+    }
+
+    fn add_starts(
+        &self,
+        step: usize,
+        s: &StudyStep,
+        kind: StartKind,
+        starts: &mut Vec<(Option<StartKind>, u64, Vec<f64>)>,
+    ) -> Result<(), StudyError> {
+        let seed = s.restarts.seed;
+        match kind {
+            StartKind::Paper => starts.push((Some(kind), seed, self.paper_start(step)?)),
+            StartKind::Given => {
+                let given = s.restarts.points.iter();
+                starts.extend(given.map(|x| (Some(kind), seed, x.clone())));
+            }
+            StartKind::Random => {
+                for k in 0..s.restarts.count {
+                    let seed = start_seed(seed, k);
+                    starts.push((Some(kind), seed, self.random_start(step, seed)?));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Uniform in the bounds; designs that break a geometric constraint are drawn again before any analysis.
+    fn random_start(&self, step: usize, seed: u64) -> Result<Vec<f64>, StudyError> {
+        let variables = self.variables(step)?;
+        let mut stream = SplitMix64::new(seed);
+        let mut x = Vec::new();
+        for _ in 0..MAX_DRAWS {
+            x = variables
+                .lower
+                .iter()
+                .zip(&variables.upper)
+                .map(|(a, b)| (a + (b - a) * stream.next_unit()).min(*b))
+                .collect();
+            if self.is_geometrically_valid(step, &x)? {
+                break;
+            }
+        }
+        Ok(x)
+    }
+
+    fn is_geometrically_valid(&self, step: usize, x: &[f64]) -> Result<bool, StudyError> {
+        match self.geometry_rows(step, x) {
+            Ok((values, _)) => Ok(values.iter().all(|v| *v <= 0.0)),
+            Err(StudyError::NoChambers { .. }) => Ok(true),
+            Err(error) => Err(error),
+        }
+    }
+}
