@@ -1,27 +1,64 @@
 //! What the geometry says of a design: its constraints, and whether another design would be meshed alike.
 
 use super::error::StudyError;
-use super::spec::Study;
+use super::spec::{StepConstraints, Study};
+use crate::geometry::validity::{SPIKE_ANGLE_DEG, Validity};
+use crate::geometry::{MeshPlan, PlanElement};
+use crate::scene::ElementChoice;
 
 /// Constraint values and their derivatives d/dx, one row each.
 pub type GeometryRows = (Vec<f64>, Vec<Vec<f64>>);
 
 impl Study {
-    /// Geometric constraints of a design, feasible when <= 0: spike rows, then wall rows, with their derivatives d/dx.
+    /// Geometric constraints of a design, feasible when <= 0: spike rows, then wall rows, with their derivatives d/dx. Their
+    /// number depends on the layout alone.
     pub fn geometry_rows(&self, step: usize, x: &[f64]) -> Result<GeometryRows, StudyError> {
-        self.corners(step, x)?;
-        Ok((Vec::new(), Vec::new()))
+        let actuator = self.actuator(step, x)?;
+        let StepConstraints::Chambers(constraints) = &self.step(step)?.constraints else {
+            return Err(StudyError::NoChambers { step });
+        };
+        let validity = Validity::of(&actuator, constraints.wall_mm);
+        // Rows are given for the default angle; another one shifts them.
+        let shift = SPIKE_ANGLE_DEG.to_radians().cos() - constraints.spike_deg.to_radians().cos();
+        let spikes = validity.spikes.iter().map(|row| row.value + shift);
+        let values = spikes
+            .chain(validity.walls.iter().map(|row| row.value))
+            .collect();
+        let gradients = validity
+            .rows()
+            .map(|row| self.design_gradient(step, x, &row.design_gradient(&actuator)))
+            .collect::<Result<_, _>>()?;
+        Ok((values, gradients))
     }
 
-    /// Whether two designs get the same element counts.
+    /// The mesh plan of a finite-element step for a plan base: what [`super::EvaluationRequest::plan_base`] stands for.
+    /// `None` where the base itself cannot be planned.
+    pub fn mesh_plan(
+        &self,
+        step: usize,
+        plan_base: &[f64],
+    ) -> Result<Option<MeshPlan>, StudyError> {
+        let actuator = self.actuator(step, plan_base)?;
+        let (_, _, model) = self.chambers(step)?;
+        let element = match model.element {
+            ElementChoice::Quad4 => PlanElement::Quad4,
+            ElementChoice::Auto | ElementChoice::Quad9 => PlanElement::Quad9,
+        };
+        Ok(MeshPlan::choose(&actuator, element, model.max_size_mm).ok())
+    }
+
+    /// Whether the plan of base `a` may stay in use for the iterate `b`: both have the same element counts, or `b` has no
+    /// plan of its own.
     pub(super) fn same_mesh_plan(
         &self,
         step: usize,
         a: &[f64],
         b: &[f64],
     ) -> Result<bool, StudyError> {
-        self.corners(step, a)?;
-        self.corners(step, b)?;
-        Ok(true)
+        Ok(match (self.mesh_plan(step, a)?, self.mesh_plan(step, b)?) {
+            (Some(a), Some(b)) => a.same_counts(&b),
+            (_, None) => true,
+            (None, Some(_)) => false,
+        })
     }
 }

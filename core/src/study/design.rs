@@ -3,10 +3,10 @@
 use super::error::StudyError;
 use super::read_optimiser::Bounds;
 use super::spec::{
-    FeCascade, Model, Parametrisation, StepConstraints, Study, StudyActuator, StudyBody, StudyStep,
-    Target, Variables,
+    FeCascade, Layout, Model, Parametrisation, StepConstraints, Study, StudyActuator, StudyBody,
+    StudyStep, Target, Variables,
 };
-use crate::geometry::{Actuator, Point, Unit};
+use crate::geometry::{Actuator, StackedPair, VARIABLES_PER_UNIT, cascade, units_of_design};
 use crate::scene::{ActuatorBody, Body, MeshRequest, Orientation, Probe, Scene, SceneObjective};
 
 /// Name of a target's probe in the scenes of a study.
@@ -23,13 +23,17 @@ pub struct DesignVariables {
     pub names: Vec<String>,
 }
 
-/// Lower left and upper right corner of each chamber's domain in a unit, mm.
-pub(super) fn domains(actuator: &StudyActuator) -> [[Point; 2]; 2] {
-    let ([w, h], t) = (actuator.unit_mm, actuator.wall_mm);
-    [
-        [[t, t], [w - t, h / 2.0 - t / 2.0]],
-        [[t, h / 2.0 + t / 2.0], [w - t, h - t]],
-    ]
+impl StudyActuator {
+    /// The boxes of its chambers.
+    pub fn boxes(&self) -> StackedPair {
+        match self.layout {
+            Layout::StackedPair => StackedPair {
+                unit_mm: self.unit_mm,
+                wall_mm: self.wall_mm,
+                clearance_mm: self.centre_clearance_mm,
+            },
+        }
+    }
 }
 
 impl Variables {
@@ -38,54 +42,19 @@ impl Variables {
         match self {
             Self::Bounds { lower, upper } => Some((lower.clone(), upper.clone())),
             Self::Chambers { parametrisation } => {
-                let actuator = &body?.actuator;
-                Some(match parametrisation {
-                    Parametrisation::Corners => corner_bounds(actuator),
-                    Parametrisation::Rectangle => rectangle_bounds(actuator),
-                })
+                let boxes = body?.actuator.boxes();
+                let [lower, upper] = match parametrisation {
+                    Parametrisation::Corners => boxes.bounds(),
+                    Parametrisation::Rectangle => boxes.rectangle_bounds().map(Vec::from),
+                };
+                Some((lower, upper))
             }
         }
     }
 }
 
-/// Each corner lives in its own quadrant of its chamber's domain, clear of the domain's centre lines.
-fn corner_bounds(actuator: &StudyActuator) -> Bounds {
-    let clear = actuator.centre_clearance_mm;
-    let (mut lower, mut upper) = (Vec::new(), Vec::new());
-    for [[x0, y0], [x1, y1]] in domains(actuator) {
-        let (cx, cy) = (f64::midpoint(x0, x1), f64::midpoint(y0, y1));
-        let (left, right) = ([x0, cx - clear], [cx + clear, x1]);
-        let (low, high) = ([y0, cy - clear], [cy + clear, y1]);
-        for (x, y) in [(left, low), (right, low), (right, high), (left, high)] {
-            lower.extend([x[0], y[0]]);
-            upper.extend([x[1], y[1]]);
-        }
-    }
-    (lower, upper)
-}
-
-fn rectangle_bounds(actuator: &StudyActuator) -> Bounds {
-    let [[x0, y0], [x1, y1]] = domains(actuator)[0];
-    let least = 2.0 * actuator.centre_clearance_mm;
-    (vec![least, least], vec![x1 - x0, y1 - y0])
-}
-
-/// Corners of the two rectangles of `[width, height]`.
-fn rectangles(actuator: &StudyActuator, [width, height]: [f64; 2]) -> Vec<f64> {
-    let mut corners = Vec::new();
-    for [[x0, y0], [x1, y1]] in domains(actuator) {
-        let (cx, cy) = (f64::midpoint(x0, x1), f64::midpoint(y0, y1));
-        for [sx, sy] in RECTANGLE_SIGNS {
-            corners.extend([cx + sx * width / 2.0, cy + sy * height / 2.0]);
-        }
-    }
-    corners
-}
-
-const RECTANGLE_SIGNS: [[f64; 2]; 4] = [[-1., -1.], [1., -1.], [1., 1.], [-1., 1.]];
-
 fn corner_names() -> Vec<String> {
-    (1..=8)
+    (1..=VARIABLES_PER_UNIT / 2)
         .flat_map(|k| [format!("x{k}"), format!("y{k}")])
         .collect()
 }
@@ -121,7 +90,10 @@ impl Study {
     }
 
     /// The shared part and the settings of a finite-element step.
-    fn chambers(&self, step: usize) -> Result<(&StudyBody, &StudyStep, &FeCascade), StudyError> {
+    pub(super) fn chambers(
+        &self,
+        step: usize,
+    ) -> Result<(&StudyBody, &StudyStep, &FeCascade), StudyError> {
         let s = self.step(step)?;
         match (&self.body, &s.model) {
             (Some(body), Model::FeCascade(model)) => Ok((body, s, model)),
@@ -131,32 +103,27 @@ impl Study {
 
     /// Chamber corners `[x1, y1, ..., x8, y8]` of a design.
     pub fn corners(&self, step: usize, x: &[f64]) -> Result<Vec<f64>, StudyError> {
-        let (body, s, _) = self.chambers(step)?;
-        let length = |expected: usize| StudyError::Length {
+        let (body, parametrisation) = self.parametrisation(step)?;
+        let wrong = |expected: usize| StudyError::Length {
             step,
             expected,
             found: x.len(),
         };
-        match (&s.variables, x) {
-            (
-                Variables::Chambers {
-                    parametrisation: Parametrisation::Rectangle,
-                },
-                [width, height],
-            ) => Ok(rectangles(&body.actuator, [*width, *height])),
-            (
-                Variables::Chambers {
-                    parametrisation: Parametrisation::Corners,
-                },
-                corners,
-            ) if corners.len() == 16 => Ok(corners.to_vec()),
-            (
-                Variables::Chambers {
-                    parametrisation: Parametrisation::Rectangle,
-                },
-                _,
-            ) => Err(length(2)),
-            _ => Err(length(16)),
+        match (parametrisation, x) {
+            (Parametrisation::Rectangle, [width, height]) => {
+                Ok(body.actuator.boxes().rectangles([*width, *height]))
+            }
+            (Parametrisation::Rectangle, _) => Err(wrong(2)),
+            (Parametrisation::Corners, x) if x.len() == VARIABLES_PER_UNIT => Ok(x.to_vec()),
+            (Parametrisation::Corners, _) => Err(wrong(VARIABLES_PER_UNIT)),
+        }
+    }
+
+    fn parametrisation(&self, step: usize) -> Result<(&StudyBody, Parametrisation), StudyError> {
+        let (body, s, _) = self.chambers(step)?;
+        match s.variables {
+            Variables::Chambers { parametrisation } => Ok((body, parametrisation)),
+            Variables::Bounds { .. } => Err(StudyError::NoChambers { step }),
         }
     }
 
@@ -164,15 +131,9 @@ impl Study {
     pub fn actuator(&self, step: usize, x: &[f64]) -> Result<Actuator, StudyError> {
         let corners = self.corners(step, x)?;
         let (body, _, _) = self.chambers(step)?;
-        let points: Vec<Point> = corners.chunks_exact(2).map(|p| [p[0], p[1]]).collect();
-        let unit = Unit {
-            chambers_mm: points.chunks_exact(4).map(<[Point]>::to_vec).collect(),
-        };
-        Ok(Actuator {
-            unit_mm: body.actuator.unit_mm,
-            units: vec![unit; body.actuator.units],
-            repeated: true,
-        })
+        let units = units_of_design(&corners).unwrap_or_default();
+        let unit = units.first().ok_or(StudyError::NoChambers { step })?;
+        Ok(cascade(unit, body.actuator.unit_mm, body.actuator.units))
     }
 
     /// The scene that one evaluation solves.
@@ -242,21 +203,21 @@ impl Study {
                 found: corner_gradient.len(),
             });
         }
-        let (_, s, _) = self.chambers(step)?;
-        let rectangle = matches!(
-            s.variables,
-            Variables::Chambers {
-                parametrisation: Parametrisation::Rectangle
+        let (_, parametrisation) = self.parametrisation(step)?;
+        Ok(match parametrisation {
+            Parametrisation::Corners => corner_gradient.to_vec(),
+            Parametrisation::Rectangle => {
+                let mut gradient = vec![0.0; 2];
+                for (g, row) in corner_gradient
+                    .iter()
+                    .zip(StackedPair::rectangle_jacobian())
+                {
+                    gradient[0] += g * row[0];
+                    gradient[1] += g * row[1];
+                }
+                gradient
             }
-        );
-        if !rectangle {
-            return Ok(corner_gradient.to_vec());
-        }
-        let mut gradient = vec![0.0; 2];
-        for (k, g) in corner_gradient.iter().enumerate() {
-            gradient[k % 2] += g * RECTANGLE_SIGNS[k / 2 % 4][k % 2] / 2.0;
-        }
-        Ok(gradient)
+        })
     }
 
     /// Number of constraint values of a step: of a finite-element model the geometric rows and the stretch row.
@@ -282,13 +243,10 @@ impl Study {
 
     /// A void of twice the centre clearance (1 x 1 mm in the paper) at the centre of every chamber's domain.
     pub(super) fn paper_start(&self, step: usize) -> Result<Vec<f64>, StudyError> {
-        let (body, s, _) = self.chambers(step)?;
-        let size = 2.0 * body.actuator.centre_clearance_mm;
-        Ok(match s.variables {
-            Variables::Chambers {
-                parametrisation: Parametrisation::Rectangle,
-            } => vec![size, size],
-            _ => rectangles(&body.actuator, [size, size]),
+        let (body, parametrisation) = self.parametrisation(step)?;
+        Ok(match parametrisation {
+            Parametrisation::Corners => body.actuator.boxes().common_start(),
+            Parametrisation::Rectangle => vec![2.0 * body.actuator.centre_clearance_mm; 2],
         })
     }
 }

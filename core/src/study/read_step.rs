@@ -1,6 +1,5 @@
 //! Reads one step of a study.
 
-use super::design::domains;
 use super::read::DEFAULT_WALL_MM;
 use super::read_optimiser::{read_optimiser, read_restarts};
 use super::spec::{
@@ -294,8 +293,7 @@ fn read_probe(node: &Node<'_>, actuator: Option<&StudyActuator>) -> Option<Point
     }
     let k = ((x / w) as usize).min(actuator.units - 1);
     let local = x - k as f64 * w;
-    for domain in domains(actuator) {
-        let [[x0, y0], [x1, y1]] = domain;
+    for [[x0, y0], [x1, y1]] in actuator.boxes().domains() {
         if x0 < local && local < x1 && y0 < y && y < y1 {
             return node
                 .fault("the point is in a chamber's domain, so that it may fall into a chamber");
