@@ -22,7 +22,7 @@ mod tests;
 
 pub use contract::{Ask, AskKind, Told, Values};
 pub use mmfd::Mmfd;
-pub use options::{GradientSource, MmfdOptions, OptimiserOptions, SweepOptions};
+pub use options::{Curvature, GradientSource, MmfdOptions, OptimiserOptions, SweepOptions};
 pub use point::Point;
 pub use problem::{Problem, StartError};
 pub use state::{OptimiserState, Step, rebase, start, step};

@@ -107,3 +107,91 @@ fn first_to_leave(members: &[usize], multipliers: &[f64], trial: &[f64]) -> Opti
     }
     first
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fixed sequence in [-1, 1).
+    fn sequence(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// Residual r = p + A' lambda: lambda >= 0, A r >= 0, lambda . A r = 0.
+    fn assert_optimal(rows: &[Vec<f64>], solution: &Solution, place: &str) {
+        for (i, (row, &multiplier)) in rows.iter().zip(&solution.multipliers).enumerate() {
+            let rate = dot(row, &solution.residual);
+            assert!(multiplier >= 0.0, "{place}: multiplier {i} is {multiplier}");
+            assert!(
+                rate > -1e-8,
+                "{place}: row {i} would still help, {rate:.1e}"
+            );
+            assert!(
+                (multiplier * rate).abs() < 1e-8,
+                "{place}: row {i}, {multiplier} x {rate:.1e}"
+            );
+        }
+    }
+
+    #[test]
+    fn solutions_meet_their_optimality_conditions() {
+        for (n, m) in [(2, 5), (5, 3), (10, 30), (40, 40), (60, 120)] {
+            for seed in 0..20 {
+                let mut next = sequence(seed * 1000 + n as u64);
+                let rows: Vec<Vec<f64>> = (0..m)
+                    .map(|_| {
+                        let row: Vec<f64> = (0..n).map(|_| next()).collect();
+                        let length = norm(&row);
+                        row.iter().map(|value| value / length).collect()
+                    })
+                    .collect();
+                let p: Vec<f64> = (0..n).map(|_| next()).collect();
+                let solution = solve(&rows, &p);
+                for i in 0..n {
+                    let sum: f64 = rows
+                        .iter()
+                        .zip(&solution.multipliers)
+                        .map(|(row, l)| row[i] * l)
+                        .sum();
+                    assert!((p[i] + sum - solution.residual[i]).abs() < 1e-9);
+                }
+                assert_optimal(&rows, &solution, &format!("{n} x {m}, {seed}"));
+            }
+        }
+    }
+
+    #[test]
+    fn repeated_opposed_and_null_rows_are_no_trouble() {
+        let rows = vec![
+            vec![1.0, 0.0, 0.0],
+            vec![1.0, 0.0, 0.0],
+            vec![-1.0, 0.0, 0.0],
+            vec![0.0, 0.0, 0.0],
+            vec![0.6, 0.8, 0.0],
+            vec![0.6, 0.8, 1e-13],
+        ];
+        for p in [
+            [-1.0, -2.0, 0.5],
+            [1.0, 2.0, 0.5],
+            [-1.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0],
+        ] {
+            let solution = solve(&rows, &p);
+            assert_optimal(&rows, &solution, &format!("{p:?}"));
+        }
+    }
+
+    #[test]
+    fn the_projection_on_a_corner_is_the_textbooks() {
+        // Rows e1 and e2: the feasible cone is the negative quadrant; -p = (1, -2) projects to (0, -2).
+        let solution = solve(&[vec![1.0, 0.0], vec![0.0, 1.0]], &[-1.0, 2.0]);
+        assert_eq!(solution.multipliers, vec![1.0, 0.0]);
+        assert_eq!(solution.residual, vec![0.0, 2.0]);
+    }
+}

@@ -25,6 +25,19 @@ pub enum GradientSource {
     Differences,
 }
 
+/// Where the method uses what its moves teach about curvature.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Curvature {
+    /// Nowhere: conjugate directions (Fletcher-Reeves) where no constraint is active.
+    Never,
+    /// Where no constraint is active, as DOT's method 1 uses BFGS where there are no constraints.
+    #[default]
+    Unconstrained,
+    /// Everywhere: no longer the published method, but fewer evaluations on curved problems.
+    Always,
+}
+
 /// Options of the modified method of feasible directions; defaults and names in brackets are those of DOT.
 ///
 /// Constraints are expected in normalised form (of order one); DOT's documentation says the same.
@@ -71,6 +84,9 @@ pub struct MmfdOptions {
     pub scale_every: Option<usize>,
     /// Consecutive infeasible iterations after which the search for a feasible design is given up.
     pub infeasible_iterations: usize,
+    /// Where directions are found in a metric learnt from the last moves (BFGS of the Lagrangian) instead of the
+    /// variable scales.
+    pub curvature: Curvature,
     /// Push-off from violated constraints (theta).
     pub push_off: f64,
     /// A feasible run stops when it costs this many times what brought it to within 0.1 % of its best value; 0: never.
@@ -94,6 +110,7 @@ impl Default for MmfdOptions {
             first_move: 0.01,
             scale_every: None,
             infeasible_iterations: 20,
+            curvature: Curvature::Unconstrained,
             push_off: 1.0,
             stall_factor: 3.0,
         }

@@ -52,6 +52,11 @@ pub enum StopReason {
         /// Points tried for it at this iterate.
         attempts: usize,
     },
+    /// Evaluations fail however short the step, in every direction of descent tried from the last iterate.
+    Blocked {
+        /// Directions tried.
+        directions: usize,
+    },
     /// The run costs more than the stall factor times what brought it to within 0.1 % of its best value.
     Stall {
         /// Analyses and gradients so far.

@@ -111,3 +111,47 @@ impl ThinQr {
         x
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_come_and_go_without_loss() {
+        let columns: Vec<Vec<f64>> = (0..6_i32)
+            .map(|k| {
+                (0..8_i32)
+                    .map(|i| f64::from((i * 7 + k * k * 3 + i * i * k) % 11) - 4.0)
+                    .collect()
+            })
+            .collect();
+        let target: Vec<f64> = (0..8_i32).map(|i| f64::from(i % 3) - 0.7).collect();
+        let mut qr = ThinQr::default();
+        for (k, column) in columns.iter().enumerate() {
+            assert!(qr.push(k, column));
+        }
+        qr.remove(1);
+        qr.remove(3);
+        qr.remove(0);
+        let mut fresh = ThinQr::default();
+        for &k in &qr.members {
+            assert!(fresh.push(k, &columns[k]));
+        }
+        for (one, other) in qr.solve(&target).iter().zip(fresh.solve(&target)) {
+            assert!((one - other).abs() < 1e-12, "{one} {other}");
+        }
+        assert!(
+            !qr.push(9, &columns[qr.members[0]]),
+            "a column that is already there depends on itself"
+        );
+        let products: Vec<f64> = vec![1.0, -2.0, 0.5];
+        let x = qr.shortest(&products, 8);
+        for (&k, product) in qr.members.iter().zip(products) {
+            assert!((dot(&columns[k], &x) - product).abs() < 1e-12);
+        }
+        assert!(
+            norm(&qr.residual(&x)) < 1e-12,
+            "the shortest solution lies in the span of the columns"
+        );
+    }
+}

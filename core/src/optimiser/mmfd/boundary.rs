@@ -3,7 +3,10 @@
 //! A direction tangent to curved constraints leaves them to second order. As in the generalised reduced gradient
 //! method, the trial is brought back by min |dz| with a_j.dz = -g_j; without it the method stops far from the optimum.
 
-use super::rows::{self, Gradient};
+use super::{
+    metric::Metric,
+    rows::{self, Gradient},
+};
 use crate::optimiser::{
     problem::Problem,
     thin_qr::ThinQr,
@@ -17,7 +20,7 @@ pub(super) struct From<'a> {
     /// Row values at `x`.
     pub g: &'a [f64],
     pub gradient: &'a Gradient,
-    pub scale: &'a [f64],
+    pub metric: &'a Metric,
     /// Rows to end at zero from either side.
     pub tangent: &'a [(usize, f64)],
     /// Variables to leave where they are.
@@ -28,10 +31,9 @@ pub(super) struct From<'a> {
 /// The point back on the boundary, as far as the gradients can tell; none if there is nothing to do.
 pub(super) fn back(from: &From<'_>) -> Option<Vec<f64>> {
     let n = from.x.len();
-    let mut free = vec![true; n];
-    for &variable in from.held {
-        free[variable] = false;
-    }
+    // Variables that stop at a value, and by how much that moves them.
+    let mut stopped: Vec<(usize, f64)> =
+        from.held.iter().map(|&variable| (variable, 0.0)).collect();
     let mut wanted: Vec<usize> = from.tangent.iter().map(|&(row, _)| row).collect();
     wanted.extend((0..from.g.len()).filter(|row| from.g[*row] > 0.5 * from.ctmin));
     // Most out of place first: where rows depend on each other those decide.
@@ -42,47 +44,49 @@ pub(super) fn back(from: &From<'_>) -> Option<Vec<f64>> {
     for _ in 0..6 {
         let mut columns = ThinQr::default();
         let mut products = Vec::new();
-        for &row in &wanted {
-            let mut a = rows::scaled_gradient(from.problem, from.gradient, from.scale, row);
-            for (value, free) in a.iter_mut().zip(&free) {
-                if !free {
-                    *value = 0.0;
-                }
-            }
+        let mut ask = |gradient: &[f64], product: f64| {
+            let mut a = from.metric.pull(gradient);
             let length = norm(&a);
             if length > 1e-12 {
                 for value in &mut a {
                     *value /= length;
                 }
-                if columns.push(row, &a) {
-                    products.push(-from.g[row] / length);
+                if columns.push(products.len(), &a) {
+                    products.push(product / length);
                 }
             }
+        };
+        for &(variable, product) in &stopped {
+            let mut unit = vec![0.0; n];
+            unit[variable] = 1.0;
+            ask(&unit, product);
         }
-        if products.is_empty() {
+        for &row in &wanted {
+            ask(
+                &rows::gradient(from.problem, from.gradient, row),
+                -from.g[row],
+            );
+        }
+        if products.len() <= stopped.len() {
             break;
         }
-        let move_z = columns.shortest(&products, n);
-        let mut x: Vec<f64> = from
-            .x
-            .iter()
-            .zip(move_z.iter().zip(from.scale))
-            .map(|(x, (dz, s))| x + dz * s)
-            .collect();
+        let step = from.metric.push(&columns.shortest(&products, n));
+        let mut x: Vec<f64> = from.x.iter().zip(&step).map(|(x, dx)| x + dx).collect();
         let mut again = false;
         for i in 0..n {
-            if free[i] && (x[i] < from.problem.lower[i] || x[i] > from.problem.upper[i]) {
-                free[i] = false;
+            let within = x[i].max(from.problem.lower[i]).min(from.problem.upper[i]);
+            if within != x[i] && stopped.iter().all(|&(variable, _)| variable != i) {
+                stopped.push((i, within - from.x[i]));
                 again = true;
             }
         }
         for row in 0..from.g.len() {
-            if !wanted.contains(&row) {
-                let a = rows::scaled_gradient(from.problem, from.gradient, from.scale, row);
-                if from.g[row] + dot(&a, &move_z) > from.ctmin {
-                    wanted.push(row);
-                    again = true;
-                }
+            if !wanted.contains(&row)
+                && from.g[row] + dot(&rows::gradient(from.problem, from.gradient, row), &step)
+                    > from.ctmin
+            {
+                wanted.push(row);
+                again = true;
             }
         }
         from.problem.clip(&mut x);

@@ -13,7 +13,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::rows::{self, Gradient};
+use super::{
+    boundary,
+    metric::{Metric, Moves},
+    rows::{self, Gradient},
+};
 use crate::optimiser::{
     nnls,
     problem::Problem,
@@ -34,6 +38,10 @@ pub(super) struct At<'a> {
     pub g: &'a [f64],
     pub gradient: &'a Gradient,
     pub scale: &'a [f64],
+    /// Steepest in this metric.
+    pub metric: &'a Metric,
+    /// Variables that must not move.
+    pub frozen: &'a [usize],
     pub ct: f64,
     pub ctmin: f64,
     pub phi: f64,
@@ -55,6 +63,8 @@ pub(super) struct Direction {
     pub tangent: Vec<(usize, f64)>,
     /// Variables pressed against an active bound.
     pub held: Vec<usize>,
+    /// The step to the expected minimum, where the metric knows curvature.
+    pub natural: Option<f64>,
 }
 
 /// Memory of the conjugate directions.
@@ -95,60 +105,47 @@ struct Row {
 
 /// Finds the direction; `conjugacy` is what the last one left behind.
 pub(super) fn find(at: &At<'_>, conjugacy: &mut Conjugacy) -> Found {
-    let n = at.x.len();
-    let objective: Vec<f64> = at
-        .gradient
-        .objective
-        .iter()
-        .zip(at.scale)
-        .map(|(g, s)| g * s)
-        .collect();
-    let length = norm(&objective);
-    let active = active_rows(at);
+    let plain = Moves::default().metric(at.scale);
+    let active = active_rows(at, &plain);
     let violated = at.g.iter().any(|&g| g > at.ctmin);
-
-    if !violated && length <= at.stationary {
-        return Found::KuhnTucker {
-            residual: 0.0,
-            multipliers: vec![0.0; at.problem.constraints()],
-        };
+    if !violated && let Some(found) = first_order(at, &active, &plain) {
+        return found;
     }
+    let curved = at.metric.has_curvature();
+    let objective = at.metric.pull(&at.gradient.objective);
     if active.is_empty() {
-        let direction = conjugate(&objective, length, conjugacy);
-        return Found::Direction(finish(at, &direction, &objective, &active, &[]));
+        let direction = if curved {
+            objective.iter().map(|value| -value).collect()
+        } else {
+            conjugate(&objective, norm(&objective), conjugacy)
+        };
+        return Found::Direction(finish(at, &direction, norm(&objective), &active, &[]));
     }
     *conjugacy = Conjugacy::default();
 
+    let mut active = if curved {
+        active_rows(at, at.metric)
+    } else {
+        active
+    };
+    if violated {
+        drop_opposed(&mut active);
+    }
+    let length = norm(&objective);
     let unit_length = if length > 0.0 { length } else { 1.0 };
     let mut p: Vec<f64> = objective.iter().map(|value| value / unit_length).collect();
     if !violated {
         let matrix: Vec<Vec<f64>> = active.iter().map(|row| row.unit.clone()).collect();
         let solution = nnls::solve(&matrix, &p);
-        let direction: Vec<f64> = solution.residual.iter().map(|value| -value).collect();
-        let residual = norm(&direction);
-        if residual < KUHN_TUCKER {
-            let off_boundary =
-                active
-                    .iter()
-                    .zip(&solution.multipliers)
-                    .any(|(row, &multiplier)| {
-                        multiplier > 1e-9
-                            && row.source.is_some_and(|source| at.g[source] < -at.ctmin)
-                    });
-            if off_boundary {
-                return Found::NotComplementary;
-            }
-            let multipliers =
-                told_multipliers(at.problem, &tangent(&active, &solution.multipliers, length));
-            return Found::KuhnTucker {
-                residual,
-                multipliers,
-            };
-        }
+        let direction: Vec<f64> = solution
+            .residual
+            .iter()
+            .map(|value| -value * length)
+            .collect();
         return Found::Direction(finish(
             at,
             &direction,
-            &objective,
+            length,
             &active,
             &solution.multipliers,
         ));
@@ -169,25 +166,119 @@ pub(super) fn find(at: &At<'_>, conjugacy: &mut Conjugacy) -> Found {
         })
         .collect();
     let solution = nnls::solve(&extended, &p);
+    let n = at.x.len();
     let direction: Vec<f64> = solution.residual[..n].iter().map(|value| -value).collect();
     let beta = -solution.residual[n];
     if steepest <= 0.0 || norm(&direction) <= 1e-9 * at.phi || beta <= 1e-9 * at.phi {
-        return Found::None;
+        return least_correction(at).map_or(Found::None, Found::Direction);
     }
     // Multipliers of this subproblem price the way back, not the objective: the search does not use them.
     let unpriced = vec![0.0; active.len()];
-    let mut found = finish(at, &direction, &objective, &active, &unpriced);
+    let mut found = finish(at, &direction, length, &active, &unpriced);
     found.held = held(&active, &solution.multipliers);
+    found.natural = None;
     Found::Direction(found)
 }
 
-/// Active constraints and bounds, normalised.
-fn active_rows(at: &At<'_>) -> Vec<Row> {
+/// Leaves out rows that a violated one opposes: of the two sides of an equality only the violated one counts, else no
+/// direction would lead back.
+fn drop_opposed(active: &mut Vec<Row>) {
+    let violated: Vec<Vec<f64>> = active
+        .iter()
+        .filter(|row| row.theta > 0.0)
+        .map(|row| row.unit.clone())
+        .collect();
+    active.retain(|row| {
+        row.theta > 0.0
+            || row.source.is_none()
+            || violated.iter().all(|v| dot(v, &row.unit) > -0.999)
+    });
+}
+
+/// The way of the least move that satisfies the violated rows to first order, where no direction keeps all others.
+fn least_correction(at: &At<'_>) -> Option<Direction> {
+    let back = boundary::back(&boundary::From {
+        problem: at.problem,
+        x: at.x,
+        g: at.g,
+        gradient: at.gradient,
+        metric: at.metric,
+        tangent: &[],
+        held: at.frozen,
+        ctmin: at.ctmin,
+    })?;
+    let mut step: Vec<f64> = back.iter().zip(at.x).map(|(to, from)| to - from).collect();
+    let most = step
+        .iter()
+        .zip(at.scale)
+        .map(|(dx, s)| (dx / s).abs())
+        .fold(0.0, f64::max);
+    if most <= 1e-12 {
+        return None;
+    }
+    for dx in &mut step {
+        *dx /= most;
+    }
+    let row_slopes: Vec<f64> = (0..rows::count(at.problem))
+        .map(|row| dot(&rows::gradient(at.problem, at.gradient, row), &step))
+        .collect();
+    let helps =
+        at.g.iter()
+            .zip(&row_slopes)
+            .any(|(&g, &slope)| g > at.ctmin && slope < 0.0);
+    helps.then(|| Direction {
+        slope: dot(&at.gradient.objective, &step),
+        row_slopes,
+        tangent: Vec::new(),
+        held: Vec::new(),
+        natural: None,
+        step,
+    })
+}
+
+/// First-order conditions, always judged in the scaled variables.
+fn first_order(at: &At<'_>, active: &[Row], plain: &Metric) -> Option<Found> {
+    let objective = plain.pull(&at.gradient.objective);
+    let length = norm(&objective);
+    if length <= at.stationary {
+        return Some(Found::KuhnTucker {
+            residual: 0.0,
+            multipliers: vec![0.0; at.problem.constraints()],
+        });
+    }
+    if active.is_empty() {
+        return None;
+    }
+    let matrix: Vec<Vec<f64>> = active.iter().map(|row| row.unit.clone()).collect();
+    let unit: Vec<f64> = objective.iter().map(|value| value / length).collect();
+    let solution = nnls::solve(&matrix, &unit);
+    let residual = norm(&solution.residual);
+    if residual >= KUHN_TUCKER {
+        return None;
+    }
+    let off_boundary = active
+        .iter()
+        .zip(&solution.multipliers)
+        .any(|(row, &multiplier)| {
+            multiplier > 1e-9 && row.source.is_some_and(|source| at.g[source] < -at.ctmin)
+        });
+    if off_boundary {
+        return Some(Found::NotComplementary);
+    }
+    let multipliers = told_multipliers(at.problem, &tangent(active, &solution.multipliers, length));
+    Some(Found::KuhnTucker {
+        residual,
+        multipliers,
+    })
+}
+
+/// Active constraints and bounds, normalised in a metric.
+fn active_rows(at: &At<'_>, metric: &Metric) -> Vec<Row> {
     let n = at.x.len();
     let mut active = Vec::new();
     for (source, &g) in at.g.iter().enumerate() {
         if g >= at.ct {
-            let mut unit = rows::scaled_gradient(at.problem, at.gradient, at.scale, source);
+            let mut unit = metric.pull(&rows::gradient(at.problem, at.gradient, source));
             let length = norm(&unit);
             if length < NULL_ROW {
                 tracing::debug!(
@@ -215,14 +306,20 @@ fn active_rows(at: &At<'_>) -> Vec<Row> {
     }
     for (variable, &x) in at.x.iter().enumerate() {
         let (lower, upper) = (at.problem.lower[variable], at.problem.upper[variable]);
+        let frozen = at.frozen.contains(&variable);
         for (sign, distance, bound) in [(-1.0, x - lower, lower), (1.0, upper - x, upper)] {
-            if distance <= 1e-6 * bound.abs().max(1.0) {
+            if frozen || distance <= 1e-6 * bound.abs().max(1.0) {
                 let mut unit = vec![0.0; n];
                 unit[variable] = sign;
+                let mut unit = metric.pull(&unit);
+                let length = norm(&unit);
+                for value in &mut unit {
+                    *value /= length;
+                }
                 active.push(Row {
                     source: None,
                     variable,
-                    length: 1.0,
+                    length,
                     unit,
                     theta: 0.0,
                 });
@@ -260,35 +357,35 @@ fn conjugate(objective: &[f64], length: f64, conjugacy: &mut Conjugacy) -> Vec<f
     direction
 }
 
-/// Normalises a direction and works out what the search needs to know of it.
+/// Takes a direction to x, normalises it and works out what the search needs to know of it. `length` is that of the
+/// objective's gradient in the metric.
 fn finish(
     at: &At<'_>,
     direction: &[f64],
-    objective: &[f64],
+    length: f64,
     active: &[Row],
     multipliers: &[f64],
 ) -> Direction {
-    let most = largest(direction).max(f64::MIN_POSITIVE);
-    let unit: Vec<f64> = direction.iter().map(|value| value / most).collect();
-    let slope = dot(objective, &unit);
+    let mut step = at.metric.push(direction);
+    let scaled: Vec<f64> = step
+        .iter()
+        .zip(at.scale)
+        .map(|(dx, scale)| dx / scale)
+        .collect();
+    let most = largest(&scaled).max(f64::MIN_POSITIVE);
+    for dx in &mut step {
+        *dx /= most;
+    }
     let row_slopes = (0..rows::count(at.problem))
-        .map(|row| {
-            dot(
-                &rows::scaled_gradient(at.problem, at.gradient, at.scale, row),
-                &unit,
-            )
-        })
+        .map(|row| dot(&rows::gradient(at.problem, at.gradient, row), &step))
         .collect();
     Direction {
-        step: unit
-            .iter()
-            .zip(at.scale)
-            .map(|(value, scale)| value * scale)
-            .collect(),
-        slope,
+        slope: dot(&at.gradient.objective, &step),
         row_slopes,
-        tangent: tangent(active, multipliers, norm(objective)),
+        tangent: tangent(active, multipliers, length),
         held: held(active, multipliers),
+        natural: at.metric.has_curvature().then_some(most),
+        step,
     }
 }
 

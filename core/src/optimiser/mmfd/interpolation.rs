@@ -53,3 +53,27 @@ pub(super) fn crossing(g0: f64, s0: f64, a1: f64, g1: f64, target: f64) -> f64 {
         f64::INFINITY
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn minima_and_crossings_of_polynomials_are_exact() {
+        let parabola = |a: f64| 3.0 - 2.0 * a + 0.5 * a * a;
+        assert!((minimum(3.0, -2.0, (1.0, parabola(1.0)), None) - 2.0).abs() < 1e-14);
+        assert!(
+            (minimum(3.0, -2.0, (1.0, parabola(1.0)), Some((5.0, parabola(5.0)))) - 2.0).abs()
+                < 1e-12
+        );
+        let cubic = |a: f64| 1.0 - 3.0 * a + a * a * a;
+        assert!(
+            (minimum(1.0, -3.0, (0.5, cubic(0.5)), Some((2.0, cubic(2.0)))) - 1.0).abs() < 1e-12
+        );
+        assert_eq!(minimum(0.0, -1.0, (1.0, -1.5), None), f64::INFINITY);
+        let g = |a: f64| -1.0 + 0.5 * a + 0.25 * a * a;
+        let at = crossing(-1.0, 0.5, 3.0, g(3.0), 0.0);
+        assert!(g(at).abs() < 1e-12 && at > 0.0);
+        assert_eq!(crossing(-1.0, 0.1, 1.0, -1.5, 0.0), f64::INFINITY);
+    }
+}

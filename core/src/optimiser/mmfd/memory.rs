@@ -2,13 +2,30 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::direction::{Conjugacy, Direction};
+use super::{
+    direction::{Conjugacy, Direction},
+    metric::Moves,
+};
 use crate::optimiser::{options::MmfdOptions, point::Point, stop::StopReason};
 
 const FIRST_PHI: f64 = 5.0;
 const LARGEST_PHI: f64 = 1000.0;
+/// Iterations for which a variable stopped by failed evaluations is held, and how many such stops end a run.
+const BLOCKED_FOR: usize = 5;
+const MOST_JAMS: usize = 3;
 /// A run has reached its best value when it is this close, relatively.
 const REACHED: f64 = 1e-3;
+
+/// An iteration that has ended.
+pub(super) struct Closing<'a> {
+    pub from: &'a Point,
+    pub to: &'a Point,
+    /// Whether the search found something better.
+    pub moved: bool,
+    /// Iterations completed.
+    pub iteration: usize,
+    pub cost: usize,
+}
 
 /// Memories of the method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,6 +38,7 @@ pub(super) struct Memory {
     pub ct: f64,
     pub phi: f64,
     pub conjugacy: Conjugacy,
+    pub moves: Moves,
     /// Relative change of the objective that a first step aims at (DOBJ).
     objective_change: f64,
     /// Largest relative move that a first step allows (DX).
@@ -29,10 +47,14 @@ pub(super) struct Memory {
     small_absolute: usize,
     small_relative: usize,
     pub infeasible: usize,
+    /// Variables that failed evaluations have stopped, each with the iteration at which it is free again.
+    blocked: Vec<(usize, usize)>,
+    /// Consecutive iterations that failed evaluations have stopped.
+    jams: usize,
     /// DABOBJ.
     pub absolute_tolerance: f64,
-    /// Cost at which each new best feasible objective was met.
-    progress: Vec<(usize, f64)>,
+    /// Cost and iteration at which each new best feasible objective was met.
+    progress: Vec<(usize, usize, f64)>,
 }
 
 impl Memory {
@@ -43,11 +65,14 @@ impl Memory {
             ct: options.active_from,
             phi: FIRST_PHI,
             conjugacy: Conjugacy::default(),
+            moves: Moves::default(),
             objective_change: options.first_objective_change,
             relative_move: options.first_move,
             small_absolute: 0,
             small_relative: 0,
             infeasible: 0,
+            blocked: Vec::new(),
+            jams: 0,
             absolute_tolerance: options.absolute_tolerance.unwrap_or(0.0),
             progress: Vec::new(),
         }
@@ -89,7 +114,10 @@ impl Memory {
         if alpha <= 1e-6 {
             alpha = longest;
         }
-        alpha = alpha.min(longest).max(1e-6);
+        alpha = match direction.natural {
+            Some(natural) => natural.min(10.0 * longest),
+            None => alpha.min(longest).max(1e-6),
+        };
         let tolerance = options.violation_tolerance;
         if feasible {
             // Not beyond the first boundary ahead, unless that is next to nothing.
@@ -119,37 +147,75 @@ impl Memory {
     }
 
     /// Notes what the best feasible objective cost.
-    pub fn note_progress(&mut self, cost: usize, best: Option<&Point>, tolerance: f64) {
+    pub fn note_progress(
+        &mut self,
+        cost: usize,
+        iteration: usize,
+        best: Option<&Point>,
+        tolerance: f64,
+    ) {
         if let Some(best) = best.filter(|best| best.violation <= tolerance)
             && self
                 .progress
                 .last()
-                .is_none_or(|(_, objective)| best.objective < *objective)
+                .is_none_or(|(_, _, objective)| best.objective < *objective)
         {
-            self.progress.push((cost, best.objective));
+            self.progress.push((cost, iteration, best.objective));
         }
     }
 
-    /// What it cost to come within 0.1 % of the best feasible objective.
-    fn cost_to_best(&self) -> Option<usize> {
-        let (_, best) = self.progress.last()?;
+    /// Cost and iteration at which the run came within 0.1 % of the best feasible objective.
+    fn reached_best(&self) -> Option<(usize, usize)> {
+        let (_, _, best) = self.progress.last()?;
         let near = best + REACHED * best.abs();
-        self.progress
+        let first = self
+            .progress
             .iter()
-            .find(|(_, objective)| *objective <= near)
-            .map(|(cost, _)| *cost)
+            .find(|(_, _, objective)| *objective <= near);
+        first.map(|&(cost, iteration, _)| (cost, iteration))
+    }
+
+    /// Learns from a search that failed evaluations have stopped: the edge of what the model can do is no constraint
+    /// with a gradient, so the variable that moved most is held for a while and the others go on.
+    pub fn block(&mut self, direction: &Direction, iteration: usize) -> Option<StopReason> {
+        let moves = direction
+            .step
+            .iter()
+            .zip(&self.scale)
+            .map(|(dx, scale)| (dx / scale).abs());
+        let most = moves
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+        if let Some((variable, _)) = most {
+            self.blocked.push((variable, iteration + BLOCKED_FOR));
+        }
+        self.relative_move = (0.1 * self.relative_move).max(1e-3);
+        self.conjugacy = Conjugacy::default();
+        self.jams += 1;
+        (self.jams > MOST_JAMS.min(self.scale.len() - 1)).then_some(StopReason::Blocked {
+            directions: self.jams,
+        })
+    }
+
+    /// Variables that are held at an iteration.
+    pub fn frozen(&self, iteration: usize) -> Vec<usize> {
+        self.blocked
+            .iter()
+            .filter(|(_, until)| iteration < *until)
+            .map(|(variable, _)| *variable)
+            .collect()
     }
 
     /// Learns from an iteration, and says whether it was the last.
-    pub fn close(
-        &mut self,
-        options: &MmfdOptions,
-        from: &Point,
-        to: &Point,
-        moved: bool,
-        iteration: usize,
-        cost: usize,
-    ) -> Option<StopReason> {
+    pub fn close(&mut self, options: &MmfdOptions, closing: &Closing<'_>) -> Option<StopReason> {
+        let &Closing {
+            from,
+            to,
+            moved,
+            iteration,
+            cost,
+        } = closing;
+        self.jams = 0;
         let tolerance = options.violation_tolerance;
         let change = (to.objective - from.objective).abs();
         let relative = change / to.objective.abs().max(f64::MIN_POSITIVE);
@@ -211,9 +277,10 @@ impl Memory {
             if self.small_relative > 0 || self.small_absolute > 0 {
                 self.shrink(options);
             }
-            if let Some(cost_to_best) = self.cost_to_best()
+            // As many iterations as the other rules want must have passed in vain.
+            if let Some((cost_to_best, reached)) = self.reached_best()
                 && options.stall_factor > 0.0
-                && self.small_relative > 0
+                && iteration > reached + options.consecutive
                 && cost as f64 > options.stall_factor * cost_to_best as f64
             {
                 return Some(StopReason::Stall { cost, cost_to_best });

@@ -9,6 +9,7 @@ mod differences;
 mod direction;
 mod interpolation;
 mod memory;
+mod metric;
 mod rows;
 mod search;
 
@@ -17,13 +18,14 @@ use serde::{Deserialize, Serialize};
 use self::{
     differences::Differences,
     direction::{At, Conjugacy, Found, find},
-    memory::Memory,
+    memory::{Closing, Memory},
+    metric::{Metric, Moves},
     rows::Gradient,
     search::{Next, Pending, Sample, Search, Setting},
 };
 use super::{
     contract::{Ask, AskKind, Told, Values},
-    options::{GradientSource, MmfdOptions},
+    options::{Curvature, GradientSource, MmfdOptions},
     point::{Point, keep_best},
     problem::Problem,
     stop::StopReason,
@@ -51,6 +53,16 @@ enum Phase {
     Done(StopReason),
 }
 
+/// What is kept of the iterate before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Previous {
+    x: Vec<f64>,
+    /// Rows that the direction from there was tangent to, with their multipliers.
+    tangent: Vec<(usize, f64)>,
+    /// Gradient of the Lagrangian with these multipliers.
+    lagrangian: Vec<f64>,
+}
+
 /// A run of the method between two evaluations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mmfd {
@@ -64,7 +76,7 @@ pub struct Mmfd {
     /// Gradients at the iterate.
     gradient: Option<Gradient>,
     /// The iterate before.
-    previous: Option<Vec<f64>>,
+    previous: Option<Previous>,
     best: Option<Point>,
     memory: Memory,
     multipliers: Vec<f64>,
@@ -196,9 +208,26 @@ impl Mmfd {
             };
             self.boundary = false;
             self.gradient = None;
+            self.previous = None;
             self.best = None;
             self.memory = Memory::new(&self.options, self.x.len());
         }
+    }
+
+    /// The metric in which a direction from this point is found, and a return along it is shortest.
+    fn metric(&self, at: &Point) -> Metric {
+        let nothing = Moves::default();
+        let free = || {
+            rows::values(&self.problem, &at.constraints)
+                .iter()
+                .all(|&g| g < self.memory.ct)
+        };
+        let moves = match self.options.curvature {
+            Curvature::Always => &self.memory.moves,
+            Curvature::Unconstrained if free() => &self.memory.moves,
+            _ => &nothing,
+        };
+        moves.metric(&self.memory.scale)
     }
 
     fn setting(&self) -> Option<Setting<'_>> {
@@ -207,7 +236,7 @@ impl Mmfd {
             problem: &self.problem,
             origin,
             gradient: self.gradient.as_ref()?,
-            scale: &self.memory.scale,
+            metric: self.metric(origin),
             ctmin: self.options.violation_tolerance,
             small_change: (self.options.relative_tolerance * origin.objective.abs())
                 .max(self.memory.absolute_tolerance),
@@ -241,6 +270,7 @@ impl Mmfd {
         let fraction = 0.5_f64.powi(backoff as i32);
         match &self.previous {
             Some(previous) if backoff > 0 => previous
+                .x
                 .iter()
                 .zip(&self.x)
                 .map(|(from, to)| from + fraction * (to - from))
@@ -262,6 +292,7 @@ impl Mmfd {
         keep_best(&mut self.best, &point, self.options.violation_tolerance);
         self.memory.note_progress(
             self.cost(),
+            self.iteration,
             self.best.as_ref(),
             self.options.violation_tolerance,
         );
@@ -364,6 +395,7 @@ impl Mmfd {
         }
         self.memory.note_progress(
             self.cost(),
+            self.iteration,
             self.best.as_ref(),
             self.options.violation_tolerance,
         );
@@ -399,10 +431,24 @@ impl Mmfd {
         let (Some(iterate), Some(gradient)) = (&self.iterate, &self.gradient) else {
             return;
         };
+        if self.options.curvature != Curvature::Never
+            && let Some(previous) = &self.previous
+        {
+            let here = gradient.lagrangian(&self.problem, &previous.tangent);
+            let difference = |to: &[f64], from: &[f64]| {
+                to.iter().zip(from).map(|(to, from)| to - from).collect()
+            };
+            self.memory.moves.learn(
+                difference(&iterate.x, &previous.x),
+                difference(&here, &previous.lagrangian),
+            );
+        }
         self.memory
             .rescale(&self.options, &iterate.x, self.iteration);
         let g = rows::values(&self.problem, &iterate.constraints);
         let feasible = iterate.violation <= self.options.violation_tolerance;
+        let metric = self.metric(iterate);
+        let frozen = self.memory.frozen(self.iteration);
         loop {
             let at = At {
                 problem: &self.problem,
@@ -410,11 +456,13 @@ impl Mmfd {
                 g: &g,
                 gradient,
                 scale: &self.memory.scale,
+                metric: &metric,
+                frozen: &frozen,
                 ct: self.memory.ct,
                 ctmin: self.options.violation_tolerance,
                 phi: self.memory.phi,
                 push_off: self.options.push_off,
-                stationary: self.memory.absolute_tolerance,
+                stationary: 0.1 * self.memory.absolute_tolerance,
             };
             match find(&at, &mut self.memory.conjugacy) {
                 Found::Direction(direction) => {
@@ -433,7 +481,13 @@ impl Mmfd {
                     multipliers,
                 } => {
                     self.multipliers = multipliers;
-                    self.phase = Phase::Done(StopReason::KuhnTucker { residual });
+                    self.phase = Phase::Done(if frozen.is_empty() {
+                        StopReason::KuhnTucker { residual }
+                    } else {
+                        StopReason::Blocked {
+                            directions: frozen.len(),
+                        }
+                    });
                     return;
                 }
                 Found::NotComplementary => {
@@ -462,29 +516,42 @@ impl Mmfd {
         };
         match search.tell(&setting, outcome) {
             Next::Evaluate => self.phase = Phase::Search(Box::new(search)),
-            Next::Accept(sample) => self.close_iteration(Some(*sample)),
-            Next::Fail => self.close_iteration(None),
+            Next::Accept(sample) => self.close_iteration(&search, Some(*sample)),
+            Next::Fail => self.close_iteration(&search, None),
         }
     }
 
     /// Moves to the accepted point, tests the stop rules, and opens the next iteration.
-    fn close_iteration(&mut self, accepted: Option<Sample>) {
+    fn close_iteration(&mut self, search: &Search, accepted: Option<Sample>) {
         let Some(from) = self.iterate.clone() else {
             return;
         };
         self.iteration += 1;
         let moved = accepted.is_some();
         if let Some(sample) = accepted {
-            self.previous = Some(from.x.clone());
+            let tangent = search.direction.tangent.clone();
+            self.previous = self.gradient.take().map(|gradient| Previous {
+                x: from.x.clone(),
+                lagrangian: gradient.lagrangian(&self.problem, &tangent),
+                tangent,
+            });
             self.x.clone_from(&sample.point.x);
             self.gradient = sample.gradient;
             self.iterate = Some(sample.point);
         }
         let Some(to) = &self.iterate else { return };
-        let cost = self.cost();
-        let reason = self
-            .memory
-            .close(&self.options, &from, to, moved, self.iteration, cost);
+        let reason = if moved || search.failures == 0 {
+            let closing = Closing {
+                from: &from,
+                to,
+                moved,
+                iteration: self.iteration,
+                cost: self.cost(),
+            };
+            self.memory.close(&self.options, &closing)
+        } else {
+            self.memory.block(&search.direction, self.iteration)
+        };
         let unbounded = to.objective < UNBOUNDED;
         if unbounded {
             self.phase = Phase::Done(StopReason::Unbounded {

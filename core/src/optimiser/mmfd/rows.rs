@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::optimiser::{contract::Values, problem::Problem};
+use crate::optimiser::{contract::Values, problem::Problem, vector::add_scaled};
 
 /// Gradients at a point, as the model tells them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +32,16 @@ impl Gradient {
             objective,
             constraints,
         })
+    }
+
+    /// Gradient of the objective plus rows times their multipliers.
+    pub fn lagrangian(&self, problem: &Problem, tangent: &[(usize, f64)]) -> Vec<f64> {
+        let mut sum = self.objective.clone();
+        for &(row, multiplier) in tangent {
+            let (index, sign) = constraint(problem, row);
+            add_scaled(&mut sum, sign * multiplier, &self.constraints[index]);
+        }
+        sum
     }
 }
 
@@ -63,17 +73,11 @@ pub(super) fn values(problem: &Problem, constraints: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Gradient of a row with respect to x / scale.
-pub(super) fn scaled_gradient(
-    problem: &Problem,
-    gradient: &Gradient,
-    scale: &[f64],
-    row: usize,
-) -> Vec<f64> {
+/// Gradient of a row.
+pub(super) fn gradient(problem: &Problem, gradient: &Gradient, row: usize) -> Vec<f64> {
     let (index, sign) = constraint(problem, row);
     gradient.constraints[index]
         .iter()
-        .zip(scale)
-        .map(|(value, scale)| sign * value * scale)
+        .map(|value| sign * value)
         .collect()
 }

@@ -10,6 +10,7 @@ use super::{
     boundary,
     direction::Direction,
     interpolation::{crossing, minimum},
+    metric::Metric,
     rows::{self, Gradient},
 };
 use crate::optimiser::{point::Point, problem::Problem};
@@ -29,7 +30,7 @@ pub(super) struct Setting<'a> {
     pub problem: &'a Problem,
     pub origin: &'a Point,
     pub gradient: &'a Gradient,
-    pub scale: &'a [f64],
+    pub metric: Metric,
     pub ctmin: f64,
     /// Change of the objective that counts as none.
     pub small_change: f64,
@@ -76,6 +77,8 @@ pub(super) struct Search {
     extensions: usize,
     reductions: usize,
     refinements: usize,
+    /// Points that could not be evaluated.
+    pub failures: usize,
 }
 
 /// What follows an evaluation.
@@ -98,6 +101,7 @@ impl Search {
             extensions: 0,
             reductions: 0,
             refinements: 0,
+            failures: 0,
         }
     }
 
@@ -124,6 +128,7 @@ impl Search {
     /// Takes the values at the pending point, `None` where it failed.
     pub fn tell(&mut self, setting: &Setting<'_>, told: Option<(Point, Option<Gradient>)>) -> Next {
         let pending = self.pending.clone();
+        self.failures += usize::from(told.is_none());
         match (pending, told) {
             (Pending::Trial { alpha }, None) => self.bad.push(alpha),
             (Pending::Trial { alpha }, Some((point, gradient))) => {
@@ -381,7 +386,7 @@ impl Search {
             x: &sample.point.x,
             g: &g,
             gradient: sample.gradient.as_ref().unwrap_or(setting.gradient),
-            scale: setting.scale,
+            metric: &setting.metric,
             tangent: &self.direction.tangent,
             held: &self.direction.held,
             ctmin: setting.ctmin,

@@ -666,13 +666,13 @@ fn welded_beam(x: &[f64]) -> (f64, Vec<f64>, Vec<Row>) {
     let root2 = 2.0_f64.sqrt();
     let direct = load / (root2 * h * l);
     let moment = load * (span + l / 2.0);
-    let arm = (l * l / 4.0 + ((h + t) / 2.0).powi(2)).sqrt();
-    let inner = l * l / 12.0 + ((h + t) / 2.0).powi(2);
+    let arm = (l * l / 4.0 + f64::midpoint(h, t).powi(2)).sqrt();
+    let inner = l * l / 12.0 + f64::midpoint(h, t).powi(2);
     let polar = 2.0 * root2 * h * l * inner;
     let torsion = moment * arm / polar;
     let tau = (direct * direct + direct * torsion * l / arm + torsion * torsion).sqrt();
     // Relative derivatives of direct, moment, arm, polar with respect to (h, l, t).
-    let half = (h + t) / 2.0;
+    let half = f64::midpoint(h, t);
     let d_direct = [-direct / h, -direct / l, 0.0];
     let d_moment = [0.0, load / 2.0, 0.0];
     let d_arm = [half / (2.0 * arm), l / (4.0 * arm), half / (2.0 * arm)];

@@ -2,5 +2,10 @@
 
 mod cases;
 mod check_points;
+mod conditions;
+mod door;
+mod failures;
+mod resume;
 mod run;
 mod table;
+mod time;

@@ -4,24 +4,45 @@ use super::{
     cases::{Case, named},
     run::{Run, options, run},
 };
-use crate::optimiser::GradientSource;
+use crate::optimiser::{Curvature, GradientSource, MmfdOptions};
 
-/// Problem, and the reference's analyses + gradients (exact) and analyses (differences).
-const REFERENCE: [(&str, Option<(usize, usize)>, usize); 14] = [
-    ("cantilever_5", Some((63, 16)), 195),
-    ("cantilever_50", Some((110, 29)), 2389),
-    ("cantilever_100", Some((124, 32)), 6524),
-    ("hs100", Some((62, 11)), 142),
-    ("hs113", Some((33, 8)), 113),
-    ("hs71", Some((28, 7)), 56),
-    ("pressure_vessel", Some((21, 5)), 41),
-    ("rosen_suzuki", Some((106, 18)), 209),
-    ("rosen_suzuki_noisy", None, 294),
-    ("speed_reducer", Some((28, 8)), 84),
-    ("spring", Some((46, 12)), 94),
-    ("svanberg_cantilever", Some((29, 6)), 59),
-    ("three_bar_truss", Some((12, 3)), 18),
-    ("welded_beam", Some((41, 10)), 79),
+/// What the reference implementation took.
+struct Reference {
+    id: &'static str,
+    /// Analyses and gradients with exact gradients.
+    exact: Option<(usize, usize)>,
+    /// Analyses with differences.
+    differences: usize,
+}
+
+const fn reference(
+    id: &'static str,
+    exact: Option<(usize, usize)>,
+    differences: usize,
+) -> Reference {
+    Reference {
+        id,
+        exact,
+        differences,
+    }
+}
+
+const REFERENCES: [Reference; 15] = [
+    reference("cantilever_5", Some((63, 16)), 195),
+    reference("cantilever_50", Some((110, 29)), 2389),
+    reference("cantilever_100", Some((124, 32)), 6524),
+    reference("hs100", Some((62, 11)), 142),
+    reference("hs113", Some((33, 8)), 113),
+    reference("hs71", Some((28, 7)), 56),
+    reference("pressure_vessel", Some((21, 5)), 41),
+    reference("rosen_suzuki", Some((106, 18)), 209),
+    reference("rosen_suzuki_noisy", None, 294),
+    reference("rosenbrock_disk", Some((84, 24)), 80),
+    reference("speed_reducer", Some((28, 8)), 84),
+    reference("spring", Some((46, 12)), 94),
+    reference("svanberg_cantilever", Some((29, 6)), 59),
+    reference("three_bar_truss", Some((12, 3)), 18),
+    reference("welded_beam", Some((41, 10)), 79),
 ];
 
 struct Line {
@@ -33,14 +54,13 @@ struct Line {
 fn tail(run: &Run, last: f64) -> f64 {
     let mut cost = 0;
     let mut reached = None;
-    for (ask, seen) in &run.history {
+    for (_, seen) in &run.history {
         cost += 1;
         let near =
             |&(f, violation): &(f64, f64)| violation <= 0.003 && f <= last + 1e-3 * last.abs();
         if reached.is_none() && seen.as_ref().is_some_and(near) {
             reached = Some(cost);
         }
-        let _ = ask;
     }
     cost as f64 / reached.unwrap_or(cost) as f64
 }
@@ -66,12 +86,9 @@ fn line(case: &Case, run: &Run, label: &str, reference: Option<usize>, cost: usi
         limit.is_none_or(|limit| cost <= limit),
         format!("cost {cost}, allowed {}", limit.unwrap_or(0)),
     );
-    check(
-        tail <= 3.0 || label == "infeasible",
-        format!("{tail:.2} times the cost to 0.1 %"),
-    );
+    check(tail <= 3.0, format!("{tail:.2} times the cost to 0.1 %"));
     let text = format!(
-        "{:<20} {label:<11} gap {gap:+9.2e}  violation {:8.1e}  iterations {:3}  analyses {:5}  gradients {:3}  cost {cost:5}  reference {:>5}  tail {tail:.2}  {:?}",
+        "{:<20} {label:<22} gap {gap:+9.2e}  violation {:8.1e}  iterations {:3}  analyses {:5}  gradients {:3}  cost {cost:5}  reference {:>5}  tail {tail:.2}  {:?}",
         case.id,
         best.violation,
         run.state.iteration(),
@@ -83,52 +100,69 @@ fn line(case: &Case, run: &Run, label: &str, reference: Option<usize>, cost: usi
     Line { text, failures }
 }
 
-/// `cargo test -p salp-core --no-default-features mmfd_table -- --nocapture` prints the table.
-#[test]
-fn mmfd_table() {
+/// Runs every problem from every start; `exact` and `differences` are its options.
+fn table(title: &str, exact: &MmfdOptions, differences: &MmfdOptions) {
     let mut lines = Vec::new();
-    for (id, exact, differences) in REFERENCE {
-        let case = named(id);
-        let mut starts = vec![("", case.x0.clone())];
-        starts.extend(
-            case.starts
-                .get("infeasible")
-                .map(|x| ("infeasible", x.clone())),
-        );
-        for (start, x0) in starts {
-            if let Some((analyses, gradients)) = exact {
-                let run = run(&case, options(GradientSource::Model), x0.clone());
+    for reference in &REFERENCES {
+        let case = named(reference.id);
+        for (start, x0) in std::iter::once(("x0", &case.x0))
+            .chain(case.starts.iter().map(|(name, x)| (&**name, x)))
+        {
+            let from_x0 = start == "x0";
+            if let Some((analyses, gradients)) = reference.exact {
+                let run = run(&case, exact.clone(), x0.clone());
                 let cost = run.state.analyses() + run.state.gradients();
-                let from_x0 = start.is_empty();
-                let label = if from_x0 { "exact" } else { start };
+                let label = format!("exact {start}");
                 lines.push(line(
                     &case,
                     &run,
-                    label,
+                    &label,
                     from_x0.then_some(analyses + gradients),
                     cost,
                 ));
             }
-            if start == "infeasible" && id == "rosenbrock_disk" {
+            if !from_x0 && reference.id == "rosenbrock_disk" {
                 // DABOBJ, 1e-4 of a large F0, ends this run early.
                 continue;
             }
-            let run = run(&case, options(GradientSource::Differences), x0);
+            let run = run(&case, differences.clone(), x0.clone());
             let cost = run.state.analyses();
-            let from_x0 = start.is_empty();
-            let label = if from_x0 { "differences" } else { start };
             lines.push(line(
                 &case,
                 &run,
-                label,
-                from_x0.then_some(differences),
+                &format!("differences {start}"),
+                from_x0.then_some(reference.differences),
                 cost,
             ));
         }
     }
+    println!("{title}");
     for line in &lines {
         println!("{}", line.text);
     }
     let failures: Vec<String> = lines.into_iter().flat_map(|line| line.failures).collect();
     assert!(failures.is_empty(), "{failures:#?}");
+}
+
+/// `cargo test -p salp-core --no-default-features mmfd_table -- --nocapture` prints the tables.
+#[test]
+fn mmfd_table() {
+    table(
+        "the method as published",
+        &options(GradientSource::Model),
+        &options(GradientSource::Differences),
+    );
+}
+
+#[test]
+fn mmfd_table_with_curvature() {
+    let always = |gradient| MmfdOptions {
+        curvature: Curvature::Always,
+        ..options(gradient)
+    };
+    table(
+        "with curvature",
+        &always(GradientSource::Model),
+        &always(GradientSource::Differences),
+    );
 }
