@@ -2,7 +2,7 @@
 
 use super::spec::{Restarts, StartKind};
 use crate::document::{Node, Object};
-use crate::optimiser::{GradientSource, MmfdOptions, OptimiserOptions, SweepOptions};
+use crate::optimiser::{Curvature, GradientSource, MmfdOptions, OptimiserOptions, SweepOptions};
 
 const MAX_POINTS: usize = 100_000;
 const MAX_RANDOM: usize = 100_000;
@@ -38,6 +38,7 @@ fn read_mmfd(object: &Object<'_>, chambers: bool, gives_gradients: bool) -> Opti
         "method",
         "gradient",
         "eager_gradients",
+        "curvature",
         "difference_step",
         "least_difference_step",
         "active_from",
@@ -78,6 +79,13 @@ fn read_mmfd(object: &Object<'_>, chambers: bool, gives_gradients: bool) -> Opti
     let count = |name: &str, default: usize| object.or(name, default, |n| n.count(1, 1_000_000));
     // Every field is read before the first missing one ends the reading.
     let eager_gradients = object.or("eager_gradients", default.eager_gradients, Node::boolean);
+    let curvature = object.or("curvature", default.curvature, |n| {
+        n.choice(&[
+            ("never", Curvature::Never),
+            ("unconstrained", Curvature::Unconstrained),
+            ("always", Curvature::Always),
+        ])
+    });
     let difference_step = number("difference_step", default.difference_step);
     let least_difference_step = number("least_difference_step", default.least_difference_step);
     let active_from = number("active_from", default.active_from);
@@ -95,6 +103,7 @@ fn read_mmfd(object: &Object<'_>, chambers: bool, gives_gradients: bool) -> Opti
     Some(MmfdOptions {
         gradient: gradient?,
         eager_gradients: eager_gradients?,
+        curvature: curvature?,
         difference_step: difference_step?,
         least_difference_step: least_difference_step?,
         active_from: active_from?,

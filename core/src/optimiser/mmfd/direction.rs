@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     boundary,
-    metric::{Metric, Moves},
+    metric::Metric,
     rows::{self, Gradient},
 };
 use crate::optimiser::{
@@ -105,63 +105,126 @@ struct Row {
 
 /// Finds the direction; `conjugacy` is what the last one left behind.
 pub(super) fn find(at: &At<'_>, conjugacy: &mut Conjugacy) -> Found {
-    let plain = Moves::default().metric(at.scale);
-    let active = active_rows(at, &plain);
-    let violated = at.g.iter().any(|&g| g > at.ctmin);
-    if !violated && let Some(found) = first_order(at, &active, &plain) {
+    let scaled = Metric::scaled(at.scale);
+    let plain = active_rows(at, &scaled);
+    if at.g.iter().any(|&g| g > at.ctmin) {
+        *conjugacy = Conjugacy::default();
+        let active = if at.metric.has_curvature() {
+            active_rows(at, at.metric)
+        } else {
+            plain
+        };
+        return towards_feasible(at, active);
+    }
+    let projection = Projection::of(at, plain, &scaled);
+    if let Some(found) = projection.first_order(at) {
         return found;
     }
-    let curved = at.metric.has_curvature();
-    let objective = at.metric.pull(&at.gradient.objective);
-    if active.is_empty() {
-        let direction = if curved {
-            objective.iter().map(|value| -value).collect()
-        } else {
-            conjugate(&objective, norm(&objective), conjugacy)
-        };
-        return Found::Direction(finish(at, &direction, norm(&objective), &active, &[]));
+    if at.metric.has_curvature() {
+        *conjugacy = Conjugacy::default();
+        let curved = Projection::of(at, active_rows(at, at.metric), at.metric);
+        return Found::Direction(curved.direction(at));
+    }
+    if projection.active.is_empty() {
+        let direction = conjugate(&projection.objective, projection.length, conjugacy);
+        return Found::Direction(finish(at, &direction, projection.length, &[], &[]));
     }
     *conjugacy = Conjugacy::default();
+    Found::Direction(projection.direction(at))
+}
 
-    let mut active = if curved {
-        active_rows(at, at.metric)
-    } else {
-        active
-    };
-    if violated {
-        drop_opposed(&mut active);
-    }
-    let length = norm(&objective);
-    let unit_length = if length > 0.0 { length } else { 1.0 };
-    let mut p: Vec<f64> = objective.iter().map(|value| value / unit_length).collect();
-    if !violated {
+/// The projection of the steepest descent in a metric on the cone of feasible directions.
+struct Projection {
+    active: Vec<Row>,
+    /// Gradient of the objective in the metric, and its length.
+    objective: Vec<f64>,
+    length: f64,
+    /// For an objective's gradient of unit length.
+    solution: nnls::Solution,
+}
+
+impl Projection {
+    fn of(at: &At<'_>, active: Vec<Row>, metric: &Metric) -> Self {
+        let objective = metric.pull(&at.gradient.objective);
+        let length = norm(&objective);
+        let unit: Vec<f64> = objective
+            .iter()
+            .map(|value| value / length.max(f64::MIN_POSITIVE))
+            .collect();
         let matrix: Vec<Vec<f64>> = active.iter().map(|row| row.unit.clone()).collect();
-        let solution = nnls::solve(&matrix, &p);
-        let direction: Vec<f64> = solution
+        Self {
+            solution: nnls::solve(&matrix, &unit),
+            active,
+            objective,
+            length,
+        }
+    }
+
+    /// Whether first-order conditions hold; to be asked in the scaled variables.
+    fn first_order(&self, at: &At<'_>) -> Option<Found> {
+        if self.length <= at.stationary {
+            let multipliers = vec![0.0; at.problem.constraints()];
+            return Some(Found::KuhnTucker {
+                residual: 0.0,
+                multipliers,
+            });
+        }
+        let residual = norm(&self.solution.residual);
+        if residual >= KUHN_TUCKER {
+            return None;
+        }
+        let multipliers = &self.solution.multipliers;
+        let off_boundary = self
+            .active
+            .iter()
+            .zip(multipliers)
+            .any(|(row, &multiplier)| {
+                multiplier > 1e-9 && row.source.is_some_and(|source| at.g[source] < -at.ctmin)
+            });
+        if off_boundary {
+            return Some(Found::NotComplementary);
+        }
+        let multipliers =
+            told_multipliers(at.problem, &tangent(&self.active, multipliers, self.length));
+        Some(Found::KuhnTucker {
+            residual,
+            multipliers,
+        })
+    }
+
+    fn direction(&self, at: &At<'_>) -> Direction {
+        let direction: Vec<f64> = self
+            .solution
             .residual
             .iter()
-            .map(|value| -value * length)
+            .map(|value| -value * self.length)
             .collect();
-        return Found::Direction(finish(
+        finish(
             at,
             &direction,
-            length,
-            &active,
-            &solution.multipliers,
-        ));
+            self.length,
+            &self.active,
+            &self.solution.multipliers,
+        )
     }
+}
 
+/// The direction from outside the feasible region: usable and, for the violated rows, feasible.
+fn towards_feasible(at: &At<'_>, mut active: Vec<Row>) -> Found {
+    drop_opposed(&mut active);
+    let objective = at.metric.pull(&at.gradient.objective);
+    let length = norm(&objective);
+    let mut p: Vec<f64> = objective
+        .iter()
+        .map(|value| value / length.max(f64::MIN_POSITIVE))
+        .collect();
     p.push(-at.phi);
     let steepest = active.iter().map(|row| row.theta).fold(0.0, f64::max);
     let extended: Vec<Vec<f64>> = active
         .iter()
         .map(|row| {
             let mut entries = row.unit.clone();
-            entries.push(if steepest > 0.0 {
-                row.theta / steepest
-            } else {
-                0.0
-            });
+            entries.push(row.theta / steepest.max(f64::MIN_POSITIVE));
             entries
         })
         .collect();
@@ -174,10 +237,11 @@ pub(super) fn find(at: &At<'_>, conjugacy: &mut Conjugacy) -> Found {
     }
     // Multipliers of this subproblem price the way back, not the objective: the search does not use them.
     let unpriced = vec![0.0; active.len()];
-    let mut found = finish(at, &direction, length, &active, &unpriced);
-    found.held = held(&active, &solution.multipliers);
-    found.natural = None;
-    Found::Direction(found)
+    Found::Direction(Direction {
+        held: held(&active, &solution.multipliers),
+        natural: None,
+        ..finish(at, &direction, length, &active, &unpriced)
+    })
 }
 
 /// Leaves out rows that a violated one opposes: of the two sides of an equality only the violated one counts, else no
@@ -233,42 +297,6 @@ fn least_correction(at: &At<'_>) -> Option<Direction> {
         held: Vec::new(),
         natural: None,
         step,
-    })
-}
-
-/// First-order conditions, always judged in the scaled variables.
-fn first_order(at: &At<'_>, active: &[Row], plain: &Metric) -> Option<Found> {
-    let objective = plain.pull(&at.gradient.objective);
-    let length = norm(&objective);
-    if length <= at.stationary {
-        return Some(Found::KuhnTucker {
-            residual: 0.0,
-            multipliers: vec![0.0; at.problem.constraints()],
-        });
-    }
-    if active.is_empty() {
-        return None;
-    }
-    let matrix: Vec<Vec<f64>> = active.iter().map(|row| row.unit.clone()).collect();
-    let unit: Vec<f64> = objective.iter().map(|value| value / length).collect();
-    let solution = nnls::solve(&matrix, &unit);
-    let residual = norm(&solution.residual);
-    if residual >= KUHN_TUCKER {
-        return None;
-    }
-    let off_boundary = active
-        .iter()
-        .zip(&solution.multipliers)
-        .any(|(row, &multiplier)| {
-            multiplier > 1e-9 && row.source.is_some_and(|source| at.g[source] < -at.ctmin)
-        });
-    if off_boundary {
-        return Some(Found::NotComplementary);
-    }
-    let multipliers = told_multipliers(at.problem, &tangent(active, &solution.multipliers, length));
-    Some(Found::KuhnTucker {
-        residual,
-        multipliers,
     })
 }
 

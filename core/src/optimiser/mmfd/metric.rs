@@ -35,10 +35,7 @@ impl Moves {
     /// The metric that these moves speak for.
     pub fn metric(&self, scale: &[f64]) -> Metric {
         let Some((_, newest)) = self.pairs.back() else {
-            return Metric {
-                scale: scale.to_vec(),
-                root: None,
-            };
+            return Metric::scaled(scale);
         };
         let n = scale.len();
         let (moved, _) = &self.pairs[self.pairs.len() - 1];
@@ -93,6 +90,19 @@ pub(super) struct Metric {
 }
 
 impl Metric {
+    /// The variable scales alone.
+    pub fn scaled(scale: &[f64]) -> Self {
+        Self {
+            scale: scale.to_vec(),
+            root: None,
+        }
+    }
+
+    /// What the moves speak for, or the variable scales.
+    pub fn of(moves: Option<&Moves>, scale: &[f64]) -> Self {
+        moves.map_or_else(|| Self::scaled(scale), |moves| moves.metric(scale))
+    }
+
     /// A gradient with respect to t: J' g.
     pub fn pull(&self, gradient: &[f64]) -> Vec<f64> {
         match &self.root {

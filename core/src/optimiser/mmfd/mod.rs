@@ -214,20 +214,19 @@ impl Mmfd {
         }
     }
 
-    /// The metric in which a direction from this point is found, and a return along it is shortest.
-    fn metric(&self, at: &Point) -> Metric {
-        let nothing = Moves::default();
+    /// The moves that make the metric at a point, if they may.
+    fn moves(&self, at: &Point) -> Option<&Moves> {
         let free = || {
             rows::values(&self.problem, &at.constraints)
                 .iter()
                 .all(|&g| g < self.memory.ct)
         };
-        let moves = match self.options.curvature {
-            Curvature::Always => &self.memory.moves,
-            Curvature::Unconstrained if free() => &self.memory.moves,
-            _ => &nothing,
+        let allowed = match self.options.curvature {
+            Curvature::Always => true,
+            Curvature::Unconstrained => free(),
+            Curvature::Never => false,
         };
-        moves.metric(&self.memory.scale)
+        allowed.then_some(&self.memory.moves)
     }
 
     fn setting(&self) -> Option<Setting<'_>> {
@@ -236,7 +235,8 @@ impl Mmfd {
             problem: &self.problem,
             origin,
             gradient: self.gradient.as_ref()?,
-            metric: self.metric(origin),
+            moves: self.moves(origin),
+            scale: &self.memory.scale,
             ctmin: self.options.violation_tolerance,
             small_change: (self.options.relative_tolerance * origin.objective.abs())
                 .max(self.memory.absolute_tolerance),
@@ -447,7 +447,7 @@ impl Mmfd {
             .rescale(&self.options, &iterate.x, self.iteration);
         let g = rows::values(&self.problem, &iterate.constraints);
         let feasible = iterate.violation <= self.options.violation_tolerance;
-        let metric = self.metric(iterate);
+        let metric = Metric::of(self.moves(iterate), &self.memory.scale);
         let frozen = self.memory.frozen(self.iteration);
         loop {
             let at = At {

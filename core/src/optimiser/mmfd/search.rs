@@ -10,7 +10,7 @@ use super::{
     boundary,
     direction::Direction,
     interpolation::{crossing, minimum},
-    metric::Metric,
+    metric::{Metric, Moves},
     rows::{self, Gradient},
 };
 use crate::optimiser::{point::Point, problem::Problem};
@@ -30,7 +30,9 @@ pub(super) struct Setting<'a> {
     pub problem: &'a Problem,
     pub origin: &'a Point,
     pub gradient: &'a Gradient,
-    pub metric: Metric,
+    /// What the direction's metric was made of.
+    pub moves: Option<&'a Moves>,
+    pub scale: &'a [f64],
     pub ctmin: f64,
     /// Change of the objective that counts as none.
     pub small_change: f64,
@@ -386,7 +388,7 @@ impl Search {
             x: &sample.point.x,
             g: &g,
             gradient: sample.gradient.as_ref().unwrap_or(setting.gradient),
-            metric: &setting.metric,
+            metric: &Metric::of(setting.moves, setting.scale),
             tangent: &self.direction.tangent,
             held: &self.direction.held,
             ctmin: setting.ctmin,
