@@ -12,3 +12,13 @@ pub mod study;
 
 #[cfg(feature = "solver")]
 pub mod mesh;
+#[cfg(feature = "solver")]
+pub mod assembly;
+#[cfg(feature = "solver")]
+pub mod element;
+#[cfg(feature = "solver")]
+pub mod force;
+#[cfg(feature = "solver")]
+pub mod linear;
+#[cfg(feature = "solver")]
+pub mod equilibrium;

@@ -1,5 +1,7 @@
 //! Hyperelastic materials and their sourced records.
 
+#[cfg(feature = "solver")]
+pub mod hyperelastic;
 pub mod records;
 
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,294 @@
+//! The global system of one body: residual and tangent at a state under a load.
+
+use super::block::{PointSample, PointSensitivity, Pressures};
+use super::{BlockKernel, DofMap, Pattern};
+use crate::force::{cavity_pressure, traction};
+use crate::material::MaterialLaw;
+use crate::mesh::Discretisation;
+
+/// An element whose Jacobian is not positive in the reference shape.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("an element near {tag} of block {block} has a Jacobian that is not positive")]
+pub struct FoldedReference {
+    /// Block of elements.
+    pub block: usize,
+    /// Tag of the first element of its pack.
+    pub tag: u32,
+}
+
+/// Displacements and the independent pressures of the linearisation.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// Nodal displacements, mm.
+    pub u: Vec<[f64; 2]>,
+    /// Independent pressures per block, MPa.
+    pub p_lin: Vec<Pressures>,
+}
+
+/// Channel values: pressure in MPa, and the share of each channel's largest absolute value (for dead tractions and
+/// prescribed displacements).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Load {
+    /// MPa.
+    pub pressure: Vec<f64>,
+    /// Dimensionless.
+    pub share: Vec<f64>,
+}
+
+/// Result of an assembly.
+#[derive(Clone, Copy, Debug)]
+pub struct Assembled {
+    /// Smallest J over the quadrature points; where it is not positive nothing else is valid.
+    pub least_j: f64,
+    /// Largest absolute free component of the residual, N/mm.
+    pub residual: f64,
+    /// Largest absolute component of external nodal forces and reactions, N/mm.
+    pub force: f64,
+}
+
+/// A body with its unknowns, pattern and element blocks.
+pub struct System {
+    /// The body.
+    pub body: Discretisation,
+    /// Its unknowns.
+    pub dofs: DofMap,
+    /// Pattern of the tangent.
+    pub pattern: Pattern,
+    blocks: Vec<BlockKernel>,
+    /// (slot, channel, d2V entry) of every cavity.
+    cavity_entries: Vec<(u32, u32, f64)>,
+    traction_forces: Vec<Vec<[f64; 2]>>,
+    /// Reference area of the solid, mm^2.
+    pub area: f64,
+}
+
+/// Vectors of one assembly, allocated once.
+pub struct Workspace {
+    /// Internal minus external nodal forces.
+    pub residual: Vec<[f64; 2]>,
+    external: Vec<[f64; 2]>,
+    position: Vec<[f64; 2]>,
+    /// Values of the tangent's lower triangle.
+    pub tangent: Vec<f64>,
+}
+
+impl System {
+    /// Prepares a body whose elements refer to `laws`.
+    pub fn new(body: Discretisation, laws: &[MaterialLaw]) -> Result<Self, FoldedReference> {
+        let dofs = DofMap::new(&body);
+        let pattern = Pattern::new(&body, &dofs);
+        let mut blocks: Vec<BlockKernel> = body
+            .mesh
+            .blocks
+            .iter()
+            .map(|b| BlockKernel::new(b, laws, &dofs, &pattern))
+            .collect();
+        for (index, block) in blocks.iter_mut().enumerate() {
+            if let Some(element) = block.set_reference(&body.mesh.nodes) {
+                return Err(FoldedReference {
+                    block: index,
+                    tag: body.mesh.blocks[index].tag[element],
+                });
+            }
+        }
+        let mut cavity_entries = Vec::new();
+        for cavity in &body.cavities {
+            cavity_pressure::hessian(cavity, |a, i, b, j, value| {
+                let slot = pattern.slot(dofs.unknown(a, i), dofs.unknown(b, j));
+                if slot != Pattern::NONE {
+                    cavity_entries.push((slot, cavity.channel as u32, value));
+                }
+            });
+        }
+        let traction_forces = body
+            .tractions
+            .iter()
+            .map(|t| {
+                let mut force = vec![[0.0; 2]; body.mesh.nodes.len()];
+                traction::add_force(t, &body.mesh.nodes, 1.0, &mut force);
+                force
+            })
+            .collect();
+        let zero = vec![[0.0; 2]; body.mesh.nodes.len()];
+        let area = blocks.iter().map(|b| b.gradient_moment(&zero).0).sum();
+        Ok(Self {
+            dofs,
+            pattern,
+            blocks,
+            cavity_entries,
+            traction_forces,
+            area,
+            body,
+        })
+    }
+
+    /// The undeformed state.
+    pub fn rest(&self) -> State {
+        State {
+            u: vec![[0.0; 2]; self.body.mesh.nodes.len()],
+            p_lin: self.blocks.iter().map(|b| vec![0.0; b.pressures()]).collect(),
+        }
+    }
+
+    /// Vectors for [`Self::assemble`].
+    pub fn workspace(&self) -> Workspace {
+        let n = self.body.mesh.nodes.len();
+        Workspace {
+            residual: vec![[0.0; 2]; n],
+            external: vec![[0.0; 2]; n],
+            position: vec![[0.0; 2]; n],
+            tangent: vec![0.0; self.pattern.row.len()],
+        }
+    }
+
+    /// Largest nodal external force at a load in the reference shape, N/mm.
+    pub fn reference_force(&self, load: &Load) -> f64 {
+        let mut external = vec![[0.0; 2]; self.body.mesh.nodes.len()];
+        self.add_external(load, &self.body.mesh.nodes, &mut external);
+        external.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()))
+    }
+
+    fn add_external(&self, load: &Load, x: &[[f64; 2]], out: &mut [[f64; 2]]) {
+        for cavity in &self.body.cavities {
+            let p = load.pressure[cavity.channel];
+            if p != 0.0 {
+                cavity_pressure::add_gradient(cavity, x, p, out);
+            }
+        }
+        for (t, force) in self.body.tractions.iter().zip(&self.traction_forces) {
+            let share = load.share[t.channel];
+            for (o, f) in out.iter_mut().zip(force) {
+                o[0] += share * f[0];
+                o[1] += share * f[1];
+            }
+        }
+    }
+
+    /// Residual and, if `tangent`, the tangent; with `refresh` the independent pressures become p(u) first.
+    pub fn assemble(&self, state: &mut State, load: &Load, refresh: bool, tangent: bool, work: &mut Workspace) -> Assembled {
+        work.residual.fill([0.0; 2]);
+        work.external.fill([0.0; 2]);
+        if tangent {
+            work.tangent.fill(0.0);
+        }
+        let mut least_j = f64::INFINITY;
+        for (block, p_lin) in self.blocks.iter().zip(&mut state.p_lin) {
+            let values = tangent.then_some(work.tangent.as_mut_slice());
+            least_j = least_j.min(block.assemble(&state.u, p_lin, refresh, &mut work.residual, values));
+            if least_j <= 0.0 {
+                return Assembled {
+                    least_j,
+                    residual: f64::INFINITY,
+                    force: 0.0,
+                };
+            }
+        }
+        for ((x, reference), u) in work.position.iter_mut().zip(&self.body.mesh.nodes).zip(&state.u) {
+            *x = [reference[0] + u[0], reference[1] + u[1]];
+        }
+        self.add_external(load, &work.position, &mut work.external);
+        if tangent {
+            for &(slot, channel, value) in &self.cavity_entries {
+                work.tangent[slot as usize] -= load.pressure[channel as usize] * value;
+            }
+        }
+        let (mut residual, mut force) = (0.0_f64, 0.0_f64);
+        let components = self.dofs.components();
+        for (node, (r, e)) in work.residual.iter_mut().zip(&work.external).enumerate() {
+            for i in 0..2 {
+                r[i] -= e[i];
+                force = force.max(e[i].abs());
+                if components[2 * node + i] == DofMap::FIXED {
+                    force = force.max(r[i].abs());
+                } else {
+                    residual = residual.max(r[i].abs());
+                }
+            }
+        }
+        if residual.is_nan() {
+            residual = f64::INFINITY;
+        }
+        Assembled {
+            least_j,
+            residual,
+            force,
+        }
+    }
+
+    /// Moves the state by `du` and the independent pressures by their linear update.
+    pub fn advance(&self, state: &mut State, du: &[[f64; 2]]) {
+        for (block, p_lin) in self.blocks.iter().zip(&mut state.p_lin) {
+            block.update_pressure(&state.u, du, p_lin);
+        }
+        for (u, d) in state.u.iter_mut().zip(du) {
+            u[0] += d[0];
+            u[1] += d[1];
+        }
+    }
+
+    /// External forces that a change of load adds at the present positions, into `out`.
+    pub fn external_change(&self, state: &State, from: &Load, to: &Load, out: &mut [[f64; 2]]) {
+        out.fill([0.0; 2]);
+        let change = Load {
+            pressure: to.pressure.iter().zip(&from.pressure).map(|(a, b)| a - b).collect(),
+            share: to.share.iter().zip(&from.share).map(|(a, b)| a - b).collect(),
+        };
+        let x: Vec<[f64; 2]> = self
+            .body
+            .mesh
+            .nodes
+            .iter()
+            .zip(&state.u)
+            .map(|(x, u)| [x[0] + u[0], x[1] + u[1]])
+            .collect();
+        self.add_external(&change, &x, out);
+    }
+
+    /// Size of a displacement increment: (mean over the worst hundredth of the area of |grad du|^8)^(1/8). A pointwise
+    /// maximum would stall on fine meshes at re-entrant corners.
+    pub fn gradient_size(&self, du: &[[f64; 2]]) -> f64 {
+        let moment: f64 = self.blocks.iter().map(|b| b.gradient_moment(du).1).sum();
+        (moment / (0.01 * self.area)).powf(0.125)
+    }
+
+    /// Adds d(lambda . R)/dX at a state under a load.
+    pub fn add_shape_derivative(&self, state: &State, load: &Load, lambda: &[[f64; 2]], out: &mut [[f64; 2]]) {
+        for block in &self.blocks {
+            block.add_shape_derivative(&state.u, lambda, out);
+        }
+        for cavity in &self.body.cavities {
+            let p = load.pressure[cavity.channel];
+            if p != 0.0 {
+                cavity_pressure::add_hessian_product(cavity, lambda, -p, out);
+            }
+        }
+        for t in &self.body.tractions {
+            let share = load.share[t.channel];
+            if share != 0.0 {
+                traction::add_shape_derivative(t, &self.body.mesh.nodes, lambda, -share, out);
+            }
+        }
+    }
+
+    /// Visits every quadrature point in a fixed order.
+    pub fn sample(&self, u: &[[f64; 2]], mut visit: impl FnMut(PointSample)) {
+        for block in &self.blocks {
+            block.sample(&self.body.mesh.nodes, u, &mut visit);
+        }
+    }
+
+    /// The transpose of [`Self::sample`]: derivatives with respect to u and X are added.
+    pub fn sample_transpose(
+        &self,
+        u: &[[f64; 2]],
+        sensitivities: &[PointSensitivity],
+        d_u: &mut [[f64; 2]],
+        d_x: &mut [[f64; 2]],
+    ) {
+        let mut iterator = sensitivities.iter();
+        let mut next = || iterator.next().copied().unwrap_or_default();
+        for block in &self.blocks {
+            block.sample_transpose(u, &mut next, d_u, d_x);
+        }
+    }
+}
