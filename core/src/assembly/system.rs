@@ -3,6 +3,7 @@
 use super::block::{PointSample, PointSensitivity, Pressures};
 use super::{BlockKernel, DofMap, Pattern};
 use crate::force::{cavity_pressure, traction};
+use crate::linear::{AnalysisFailed, Solver, nested_dissection};
 use crate::material::MaterialLaw;
 use crate::mesh::Discretisation;
 
@@ -120,6 +121,26 @@ impl System {
             area,
             body,
         })
+    }
+
+    /// Analyses the tangent's pattern, ordered by nested dissection of the nodes.
+    pub fn solver(&self) -> Result<Solver, AnalysisFailed> {
+        let n = self.body.mesh.nodes.len();
+        let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); n];
+        for block in &self.body.mesh.blocks {
+            for element in block.nodes.chunks_exact(block.kind.nodes()) {
+                for &a in element {
+                    neighbours[a as usize].extend_from_slice(element);
+                }
+            }
+        }
+        let nodes = nested_dissection(&self.body.mesh.nodes, |v| &neighbours[v as usize]);
+        let order: Vec<u32> = nodes
+            .iter()
+            .flat_map(|&node| [self.dofs.unknown(node, 0), self.dofs.unknown(node, 1)])
+            .filter(|&u| u != DofMap::FIXED)
+            .collect();
+        Solver::new(&self.pattern.column_start, &self.pattern.row, &order)
     }
 
     /// The undeformed state.

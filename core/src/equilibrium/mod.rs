@@ -4,6 +4,8 @@ mod load_path;
 mod newton;
 mod observer;
 mod status;
+#[cfg(test)]
+mod tests;
 
 pub use load_path::{AcceptedState, StateVisitor, follow};
 pub use newton::Settings;
