@@ -11,14 +11,22 @@ pub mod scene;
 pub mod study;
 
 #[cfg(feature = "solver")]
-pub mod mesh;
+pub mod adjoint;
 #[cfg(feature = "solver")]
 pub mod assembly;
 #[cfg(feature = "solver")]
+pub mod constraint;
+#[cfg(feature = "solver")]
 pub mod element;
+#[cfg(feature = "solver")]
+pub mod equilibrium;
+#[cfg(feature = "solver")]
+pub mod evaluate;
 #[cfg(feature = "solver")]
 pub mod force;
 #[cfg(feature = "solver")]
 pub mod linear;
 #[cfg(feature = "solver")]
-pub mod equilibrium;
+pub mod mesh;
+#[cfg(feature = "solver")]
+pub mod objective;

@@ -132,7 +132,9 @@ impl<const NN: usize, const NQ: usize, const NP: usize> Block<NN, NQ, NP> {
         for first in (0..count).step_by(LANES) {
             let inside = LANES.min(count - first);
             let lane = |l: usize| first + l.min(inside - 1);
-            nodes.push(std::array::from_fn(|a| std::array::from_fn(|l| element(lane(l))[a])));
+            nodes.push(std::array::from_fn(|a| {
+                std::array::from_fn(|l| element(lane(l))[a])
+            }));
             active.push(inside);
             let mut parameters = Parameters::default();
             for l in 0..LANES {
@@ -174,7 +176,12 @@ impl<const NN: usize, const NQ: usize, const NP: usize> Block<NN, NQ, NP> {
         })
     }
 
-    fn scatter(nodes: &[[u32; LANES]; NN], active: usize, local: &[[Pack; 2]; NN], field: &mut [[f64; 2]]) {
+    fn scatter(
+        nodes: &[[u32; LANES]; NN],
+        active: usize,
+        local: &[[Pack; 2]; NN],
+        field: &mut [[f64; 2]],
+    ) {
         for l in 0..active {
             for a in 0..NN {
                 for i in 0..2 {
@@ -225,13 +232,37 @@ impl<const NN: usize, const NQ: usize, const NP: usize> Block<NN, NQ, NP> {
             let linear = (!refresh).then_some(&linear);
             let material = &self.material[pack];
             if tangent.is_some() {
-                dispatch!(self.fma, assemble::<true, NN, NQ, NP>(&self.table, geometry, material, &local, linear, &mut out));
+                dispatch!(
+                    self.fma,
+                    assemble::<true, NN, NQ, NP>(
+                        &self.table,
+                        geometry,
+                        material,
+                        &local,
+                        linear,
+                        &mut out
+                    )
+                );
             } else {
-                dispatch!(self.fma, assemble::<false, NN, NQ, NP>(&self.table, geometry, material, &local, linear, &mut out));
+                dispatch!(
+                    self.fma,
+                    assemble::<false, NN, NQ, NP>(
+                        &self.table,
+                        geometry,
+                        material,
+                        &local,
+                        linear,
+                        &mut out
+                    )
+                );
             }
             least = least.min(out.least_j.min_lane());
             if least <= 0.0 || least.is_nan() {
-                return if least.is_nan() { f64::NEG_INFINITY } else { least };
+                return if least.is_nan() {
+                    f64::NEG_INFINITY
+                } else {
+                    least
+                };
             }
             if refresh {
                 Self::write_pressure(p_lin, pack, &out.p);
@@ -321,8 +352,9 @@ impl<const NN: usize, const NQ: usize, const NP: usize> Block<NN, NQ, NP> {
         for (pack, nodes) in self.nodes.iter().enumerate() {
             let (local, place) = (Self::gather(nodes, u), Self::gather(nodes, x));
             let geometry = &*self.geometry[pack];
-            let k: [Kinematics; NQ] =
-                std::array::from_fn(|q| kernel::kinematics(kernel::gradient::<false, NN>(&local, &geometry.g[q])).0);
+            let k: [Kinematics; NQ] = std::array::from_fn(|q| {
+                kernel::kinematics(kernel::gradient::<false, NN>(&local, &geometry.g[q])).0
+            });
             for l in 0..self.active[pack] {
                 for q in 0..NQ {
                     let mut at = [0.0; 2];
@@ -355,7 +387,8 @@ impl<const NN: usize, const NQ: usize, const NP: usize> Block<NN, NQ, NP> {
             for l in 0..self.active[pack] {
                 for q in 0..NQ {
                     let s = next();
-                    let h = kernel::gradient::<false, NN>(&local, &geometry.g[q]).map(|row| row.map(|v| v.0[l]));
+                    let h = kernel::gradient::<false, NN>(&local, &geometry.g[q])
+                        .map(|row| row.map(|v| v.0[l]));
                     let area = geometry.w[q].0[l] * s.area;
                     for a in 0..NN {
                         let node = nodes[a][l] as usize;
@@ -396,11 +429,22 @@ macro_rules! each {
 
 impl BlockKernel {
     /// Prepares a block.
-    pub fn new(source: &ElementBlock, laws: &[MaterialLaw], dofs: &DofMap, pattern: &Pattern) -> Self {
+    pub fn new(
+        source: &ElementBlock,
+        laws: &[MaterialLaw],
+        dofs: &DofMap,
+        pattern: &Pattern,
+    ) -> Self {
         match source.kind {
-            ElementKind::Quad4 => Self::Quad4(Block::new(ShapeTable::quad4(), source, laws, dofs, pattern)),
-            ElementKind::Quad9 => Self::Quad9(Block::new(ShapeTable::quad9(), source, laws, dofs, pattern)),
-            ElementKind::Tri7 => Self::Tri7(Block::new(ShapeTable::tri7(), source, laws, dofs, pattern)),
+            ElementKind::Quad4 => {
+                Self::Quad4(Block::new(ShapeTable::quad4(), source, laws, dofs, pattern))
+            }
+            ElementKind::Quad9 => {
+                Self::Quad9(Block::new(ShapeTable::quad9(), source, laws, dofs, pattern))
+            }
+            ElementKind::Tri7 => {
+                Self::Tri7(Block::new(ShapeTable::tri7(), source, laws, dofs, pattern))
+            }
         }
     }
 

@@ -147,7 +147,11 @@ impl System {
     pub fn rest(&self) -> State {
         State {
             u: vec![[0.0; 2]; self.body.mesh.nodes.len()],
-            p_lin: self.blocks.iter().map(|b| vec![0.0; b.pressures()]).collect(),
+            p_lin: self
+                .blocks
+                .iter()
+                .map(|b| vec![0.0; b.pressures()])
+                .collect(),
         }
     }
 
@@ -166,7 +170,10 @@ impl System {
     pub fn reference_force(&self, load: &Load) -> f64 {
         let mut external = vec![[0.0; 2]; self.body.mesh.nodes.len()];
         self.add_external(load, &self.body.mesh.nodes, &mut external);
-        external.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()))
+        external
+            .iter()
+            .flatten()
+            .fold(0.0, |m: f64, v| m.max(v.abs()))
     }
 
     fn add_external(&self, load: &Load, x: &[[f64; 2]], out: &mut [[f64; 2]]) {
@@ -186,7 +193,14 @@ impl System {
     }
 
     /// Residual and, if `tangent`, the tangent; with `refresh` the independent pressures become p(u) first.
-    pub fn assemble(&self, state: &mut State, load: &Load, refresh: bool, tangent: bool, work: &mut Workspace) -> Assembled {
+    pub fn assemble(
+        &self,
+        state: &mut State,
+        load: &Load,
+        refresh: bool,
+        tangent: bool,
+        work: &mut Workspace,
+    ) -> Assembled {
         work.residual.fill([0.0; 2]);
         work.external.fill([0.0; 2]);
         if tangent {
@@ -195,7 +209,8 @@ impl System {
         let mut least_j = f64::INFINITY;
         for (block, p_lin) in self.blocks.iter().zip(&mut state.p_lin) {
             let values = tangent.then_some(work.tangent.as_mut_slice());
-            least_j = least_j.min(block.assemble(&state.u, p_lin, refresh, &mut work.residual, values));
+            least_j =
+                least_j.min(block.assemble(&state.u, p_lin, refresh, &mut work.residual, values));
             if least_j <= 0.0 {
                 return Assembled {
                     least_j,
@@ -204,7 +219,12 @@ impl System {
                 };
             }
         }
-        for ((x, reference), u) in work.position.iter_mut().zip(&self.body.mesh.nodes).zip(&state.u) {
+        for ((x, reference), u) in work
+            .position
+            .iter_mut()
+            .zip(&self.body.mesh.nodes)
+            .zip(&state.u)
+        {
             *x = [reference[0] + u[0], reference[1] + u[1]];
         }
         self.add_external(load, &work.position, &mut work.external);
@@ -251,8 +271,18 @@ impl System {
     pub fn external_change(&self, state: &State, from: &Load, to: &Load, out: &mut [[f64; 2]]) {
         out.fill([0.0; 2]);
         let change = Load {
-            pressure: to.pressure.iter().zip(&from.pressure).map(|(a, b)| a - b).collect(),
-            share: to.share.iter().zip(&from.share).map(|(a, b)| a - b).collect(),
+            pressure: to
+                .pressure
+                .iter()
+                .zip(&from.pressure)
+                .map(|(a, b)| a - b)
+                .collect(),
+            share: to
+                .share
+                .iter()
+                .zip(&from.share)
+                .map(|(a, b)| a - b)
+                .collect(),
         };
         let x: Vec<[f64; 2]> = self
             .body
@@ -273,7 +303,13 @@ impl System {
     }
 
     /// Adds d(lambda . R)/dX at a state under a load.
-    pub fn add_shape_derivative(&self, state: &State, load: &Load, lambda: &[[f64; 2]], out: &mut [[f64; 2]]) {
+    pub fn add_shape_derivative(
+        &self,
+        state: &State,
+        load: &Load,
+        lambda: &[[f64; 2]],
+        out: &mut [[f64; 2]],
+    ) {
         for block in &self.blocks {
             block.add_shape_derivative(&state.u, lambda, out);
         }

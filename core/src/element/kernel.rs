@@ -52,7 +52,10 @@ pub fn contract(a: &[[Pack; 2]; 2], b: &[[Pack; 2]; 2]) -> Pack {
 
 /// Gradient of a nodal field.
 #[inline(always)]
-pub fn gradient<const FMA: bool, const NN: usize>(field: &[[Pack; 2]; NN], g: &[[Pack; 2]; NN]) -> [[Pack; 2]; 2] {
+pub fn gradient<const FMA: bool, const NN: usize>(
+    field: &[[Pack; 2]; NN],
+    g: &[[Pack; 2]; NN],
+) -> [[Pack; 2]; 2] {
     let mut h = [[Pack::ZERO; 2]; 2];
     for a in 0..NN {
         for i in 0..2 {
@@ -110,7 +113,10 @@ impl<const NN: usize, const NQ: usize, const NP: usize> PackGeometry<NN, NQ, NP>
             let det = t[0][0] * t[1][1] - t[0][1] * t[1][0];
             least = least.min(det.min_lane());
             let inv = det.recip();
-            let ti = [[t[1][1] * inv, -(t[0][1] * inv)], [-(t[1][0] * inv), t[0][0] * inv]];
+            let ti = [
+                [t[1][1] * inv, -(t[0][1] * inv)],
+                [-(t[1][0] * inv), t[0][0] * inv],
+            ];
             for a in 0..NN {
                 for i in 0..2 {
                     this.g[q][a][i] = ti[0][i] * table.dn[q][a][0] + ti[1][i] * table.dn[q][a][1];
@@ -225,7 +231,13 @@ pub fn interpolate<const NP: usize>(phi: &[f64; NP], p: &[Pack; NP]) -> Pack {
 
 /// Residual, pressure and, if `TANGENT`, the tangent, of four elements with displacements `u`.
 #[inline(always)]
-pub fn assemble<const FMA: bool, const TANGENT: bool, const NN: usize, const NQ: usize, const NP: usize>(
+pub fn assemble<
+    const FMA: bool,
+    const TANGENT: bool,
+    const NN: usize,
+    const NQ: usize,
+    const NP: usize,
+>(
     table: &ShapeTable<NN, NQ, NP>,
     geometry: &PackGeometry<NN, NQ, NP>,
     material: &Parameters,
@@ -258,7 +270,8 @@ pub fn assemble<const FMA: bool, const TANGENT: bool, const NN: usize, const NQ:
         let ps: [[Pack; 2]; 2] = ps.map(|row| row.map(|v| v * weight));
         for a in 0..NN {
             for i in 0..2 {
-                out.r[a][i] = ps[i][0].fma::<FMA>(g[a][0], ps[i][1].fma::<FMA>(g[a][1], out.r[a][i]));
+                out.r[a][i] =
+                    ps[i][0].fma::<FMA>(g[a][0], ps[i][1].fma::<FMA>(g[a][1], out.r[a][i]));
             }
         }
         if !TANGENT {
@@ -369,7 +382,10 @@ pub fn shape_derivative<const FMA: bool, const NN: usize, const NQ: usize, const
         let (k, dilatation) = kinematics(gradient::<FMA, NN>(u, g));
         let l = gradient::<FMA, NN>(lambda, g);
         let w = isochoric(material, contract(&k.f, &k.f), k.j);
-        let (pq, qq) = (interpolate(&table.phi[q], &p), interpolate(&table.phi[q], &q_hat));
+        let (pq, qq) = (
+            interpolate(&table.phi[q], &p),
+            interpolate(&table.phi[q], &q_hat),
+        );
         let ps = stress(&k, &w, pq);
         let (cof, cof_l) = (cofactor(&k.f), cofactor(&l));
         let (fl, cl) = (contract(&k.f, &l), contract(&cof, &l));
@@ -377,14 +393,20 @@ pub fn shape_derivative<const FMA: bool, const NN: usize, const NQ: usize, const
         let along_c = w.sj * 2.0 * fl + w.jj * cl + qq;
         let t: [[Pack; 2]; 2] = std::array::from_fn(|i| {
             std::array::from_fn(|n| {
-                w.s * 2.0 * l[i][n] + along_f * k.f[i][n] + along_c * cof[i][n] + (w.j + pq) * cof_l[i][n]
+                w.s * 2.0 * l[i][n]
+                    + along_f * k.f[i][n]
+                    + along_c * cof[i][n]
+                    + (w.j + pq) * cof_l[i][n]
             })
         });
         let h = contract(&ps, &l) + qq * (dilatation - pq * inverse_bulk);
         let weight = geometry.w[q];
         let s: [[Pack; 2]; 2] = std::array::from_fn(|m| {
             std::array::from_fn(|n| {
-                let mut v = -(k.h[0][m] * t[0][n] + k.h[1][m] * t[1][n] + l[0][m] * ps[0][n] + l[1][m] * ps[1][n]);
+                let mut v = -(k.h[0][m] * t[0][n]
+                    + k.h[1][m] * t[1][n]
+                    + l[0][m] * ps[0][n]
+                    + l[1][m] * ps[1][n]);
                 if m == n {
                     v += h;
                 }

@@ -28,9 +28,22 @@ pub fn quad9(xi: f64, eta: f64) -> ([f64; 9], [[f64; 2]; 9]) {
             [t - 0.5, -2. * t, t + 0.5],
         )
     };
-    const AT: [[usize; 2]; 9] = [[0, 0], [2, 0], [2, 2], [0, 2], [1, 0], [2, 1], [1, 2], [0, 1], [1, 1]];
+    const AT: [[usize; 2]; 9] = [
+        [0, 0],
+        [2, 0],
+        [2, 2],
+        [0, 2],
+        [1, 0],
+        [2, 1],
+        [1, 2],
+        [0, 1],
+        [1, 1],
+    ];
     let ((a, da), (b, db)) = (line(xi), line(eta));
-    (AT.map(|[i, j]| a[i] * b[j]), AT.map(|[i, j]| [da[i] * b[j], a[i] * db[j]]))
+    (
+        AT.map(|[i, j]| a[i] * b[j]),
+        AT.map(|[i, j]| [da[i] * b[j], a[i] * db[j]]),
+    )
 }
 
 /// Shape functions and derivatives of the quadratic triangle with bubble at (xi, eta), 0 <= xi, eta, xi + eta <= 1:
@@ -39,8 +52,9 @@ pub fn tri7(xi: f64, eta: f64) -> ([f64; 7], [[f64; 2]; 7]) {
     const DL: [[f64; 2]; 3] = [[-1., -1.], [1., 0.], [0., 1.]];
     let l = [1. - xi - eta, xi, eta];
     let bubble = l[0] * l[1] * l[2];
-    let d_bubble: [f64; 2] =
-        std::array::from_fn(|k| DL[0][k] * l[1] * l[2] + l[0] * DL[1][k] * l[2] + l[0] * l[1] * DL[2][k]);
+    let d_bubble: [f64; 2] = std::array::from_fn(|k| {
+        DL[0][k] * l[1] * l[2] + l[0] * DL[1][k] * l[2] + l[0] * l[1] * DL[2][k]
+    });
     let (mut n, mut dn) = ([0.; 7], [[0.; 2]; 7]);
     for i in 0..3 {
         let j = (i + 1) % 3;
@@ -57,7 +71,10 @@ pub fn tri7(xi: f64, eta: f64) -> ([f64; 7], [[f64; 2]; 7]) {
 }
 
 /// Gauss rule with 2 or 3 points on [-1, 1].
-const GAUSS_2: [(f64, f64); 2] = [(-0.577_350_269_189_625_8, 1.0), (0.577_350_269_189_625_8, 1.0)];
+const GAUSS_2: [(f64, f64); 2] = [
+    (-0.577_350_269_189_625_8, 1.0),
+    (0.577_350_269_189_625_8, 1.0),
+];
 const GAUSS_3: [(f64, f64); 3] = [
     (-0.774_596_669_241_483_4, 5.0 / 9.0),
     (0.0, 8.0 / 9.0),
@@ -93,7 +110,11 @@ impl ShapeTable<7, 12, 3> {
             (0.249_286_745_170_910, 0.116_786_275_726_379),
             (0.063_089_014_491_502, 0.050_844_906_370_207),
         ];
-        const B: (f64, f64, f64) = (0.310_352_451_033_785, 0.053_145_049_844_816, 0.082_851_075_618_374);
+        const B: (f64, f64, f64) = (
+            0.310_352_451_033_785,
+            0.053_145_049_844_816,
+            0.082_851_075_618_374,
+        );
         let mut points = Vec::with_capacity(12);
         for (a, w) in A {
             for (x, y) in [(a, a), (1. - 2. * a, a), (a, 1. - 2. * a)] {
@@ -132,7 +153,10 @@ impl<const NN: usize, const NQ: usize, const NP: usize> ShapeTable<NN, NQ, NP> {
 mod tests {
     use super::*;
 
-    fn check<const NN: usize, const NQ: usize, const NP: usize>(table: &ShapeTable<NN, NQ, NP>, area: f64) {
+    fn check<const NN: usize, const NQ: usize, const NP: usize>(
+        table: &ShapeTable<NN, NQ, NP>,
+        area: f64,
+    ) {
         assert!((table.weight.iter().sum::<f64>() - area).abs() < 1e-12);
         for q in 0..NQ {
             assert!((table.n[q].iter().sum::<f64>() - 1.).abs() < 1e-13);
@@ -153,12 +177,17 @@ mod tests {
     fn triangle_rule_is_exact_to_degree_six() {
         let points: Vec<_> = {
             let t = ShapeTable::tri7();
-            (0..12).map(|q| (t.phi[q][1] + 1. / 3., t.phi[q][2] + 1. / 3., t.weight[q])).collect()
+            (0..12)
+                .map(|q| (t.phi[q][1] + 1. / 3., t.phi[q][2] + 1. / 3., t.weight[q]))
+                .collect()
         };
         let factorial = |n: u32| (1..=n).product::<u32>() as f64;
         for i in 0..=6u32 {
             for j in 0..=(6 - i) {
-                let sum: f64 = points.iter().map(|(x, y, w)| w * x.powi(i as i32) * y.powi(j as i32)).sum();
+                let sum: f64 = points
+                    .iter()
+                    .map(|(x, y, w)| w * x.powi(i as i32) * y.powi(j as i32))
+                    .sum();
                 let exact = factorial(i) * factorial(j) / factorial(i + j + 2);
                 assert!((sum - exact).abs() < 1e-13, "{i} {j}: {sum} {exact}");
             }
@@ -167,7 +196,15 @@ mod tests {
 
     #[test]
     fn triangle_basis_is_nodal() {
-        let nodes = [[0., 0.], [1., 0.], [0., 1.], [0.5, 0.], [0.5, 0.5], [0., 0.5], [1. / 3., 1. / 3.]];
+        let nodes = [
+            [0., 0.],
+            [1., 0.],
+            [0., 1.],
+            [0.5, 0.],
+            [0.5, 0.5],
+            [0., 0.5],
+            [1. / 3., 1. / 3.],
+        ];
         for (i, [x, y]) in nodes.into_iter().enumerate() {
             for (j, v) in tri7(x, y).0.into_iter().enumerate() {
                 assert!((v - f64::from(u8::from(i == j))).abs() < 1e-14);

@@ -96,9 +96,19 @@ struct Path<'a> {
 }
 
 impl<'a> Path<'a> {
-    fn new(system: &'a System, solver: &'a mut Solver, cycle: &ActuationCycle, settings: &'a Settings) -> Self {
+    fn new(
+        system: &'a System,
+        solver: &'a mut Solver,
+        cycle: &ActuationCycle,
+        settings: &'a Settings,
+    ) -> Self {
         let largest: Vec<f64> = (0..cycle.channels())
-            .map(|c| cycle.rows_kpa.iter().fold(0.0_f64, |m, row| m.max(row[c].abs())))
+            .map(|c| {
+                cycle
+                    .rows_kpa
+                    .iter()
+                    .fold(0.0_f64, |m, row| m.max(row[c].abs()))
+            })
             .collect();
         let force_floor = cycle
             .rows_kpa
@@ -126,9 +136,15 @@ impl<'a> Path<'a> {
         }
     }
 
-    fn run(&mut self, cycle: &ActuationCycle, visitor: &mut dyn StateVisitor, observer: &mut dyn Observer) -> PathEnd {
+    fn run(
+        &mut self,
+        cycle: &ActuationCycle,
+        visitor: &mut dyn StateVisitor,
+        observer: &mut dyn Observer,
+    ) -> PathEnd {
         observer.enter(Phase::Assembly);
-        self.system.assemble(&mut self.state, &self.load, true, true, &mut self.vectors);
+        self.system
+            .assemble(&mut self.state, &self.load, true, true, &mut self.vectors);
         observer.enter(Phase::Factorisation);
         let negative = self.factorise_accepted();
         if negative > 0 {
@@ -142,7 +158,9 @@ impl<'a> Path<'a> {
                 self.fraction = 0.0;
             }
             match self.advance_to(cycle, point, visitor, observer) {
-                Ok((residual, least_j)) => self.visit(index, point, residual, least_j, visitor, observer),
+                Ok((residual, least_j)) => {
+                    self.visit(index, point, residual, least_j, visitor, observer)
+                }
                 Err(end) => return end,
             }
         }
@@ -224,7 +242,11 @@ impl<'a> Path<'a> {
                 return Err(self.verdict(point, last_failure));
             }
             let whole = step >= remaining * (1.0 - 1e-12);
-            let target = if whole { point.fraction } else { self.fraction + step };
+            let target = if whole {
+                point.fraction
+            } else {
+                self.fraction + step
+            };
             let next = load(&cycle.pressure_kpa(self.leg, target), &self.largest);
             let before = (self.state.clone(), self.load.clone());
             self.system.advance(&mut self.state, &du);
@@ -258,7 +280,10 @@ impl<'a> Path<'a> {
                         return Err(end);
                     }
                 }
-                Converged::No { residual, iterations } => {
+                Converged::No {
+                    residual,
+                    iterations,
+                } => {
                     last_failure = (residual, iterations);
                     self.work.load_cuts += 1;
                     (self.state, self.load) = before;
@@ -273,7 +298,8 @@ impl<'a> Path<'a> {
     fn restore_factor(&mut self, observer: &mut dyn Observer) {
         observer.enter(Phase::Assembly);
         let mut again = self.state.clone();
-        self.system.assemble(&mut again, &self.load, true, true, &mut self.vectors);
+        self.system
+            .assemble(&mut again, &self.load, true, true, &mut self.vectors);
         observer.enter(Phase::Factorisation);
         self.factorise_accepted();
     }
@@ -283,7 +309,8 @@ impl<'a> Path<'a> {
         let target = (self.fraction + step).min(1.0);
         let next = load(&cycle.pressure_kpa(self.leg, target), &self.largest);
         let mut change = vec![[0.0; 2]; self.system.body.mesh.nodes.len()];
-        self.system.external_change(&self.state, &self.load, &next, &mut change);
+        self.system
+            .external_change(&self.state, &self.load, &next, &mut change);
         let mut du = vec![[0.0; 2]; change.len()];
         if let Some(moved) = self.prescribed_change(&next) {
             // K u_prescribed by a difference of residuals: a predictor need not be exact.
@@ -294,9 +321,11 @@ impl<'a> Path<'a> {
                 u[1] += epsilon * m[1];
             }
             let load_now = self.load.clone();
-            self.system.assemble(&mut self.state, &load_now, true, false, &mut self.vectors);
+            self.system
+                .assemble(&mut self.state, &load_now, true, false, &mut self.vectors);
             let at_rest = self.vectors.residual.clone();
-            self.system.assemble(&mut probe, &load_now, true, false, &mut self.vectors);
+            self.system
+                .assemble(&mut probe, &load_now, true, false, &mut self.vectors);
             for ((c, r), r0) in change.iter_mut().zip(&self.vectors.residual).zip(&at_rest) {
                 for i in 0..2 {
                     c[i] -= (r[i] - r0[i]) / epsilon;
@@ -318,8 +347,8 @@ impl<'a> Path<'a> {
         for s in &self.system.body.supports {
             let change = s.displacement_mm * (next.share[s.channel] - self.load.share[s.channel]);
             if change != 0.0 {
-                moved.get_or_insert_with(|| vec![[0.0; 2]; self.system.body.mesh.nodes.len()])[s.node as usize]
-                    [s.component as usize] = change;
+                moved.get_or_insert_with(|| vec![[0.0; 2]; self.system.body.mesh.nodes.len()])
+                    [s.node as usize][s.component as usize] = change;
             }
         }
         moved

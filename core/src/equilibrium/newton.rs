@@ -147,7 +147,12 @@ impl Newton<'_> {
     }
 
     /// Factorises the tangent of the workspace, shifted where that makes it positive definite.
-    fn factorise(&mut self, unstable: bool, shifted: &mut usize, vectors: &mut Workspace) -> Result<(), NotConverged> {
+    fn factorise(
+        &mut self,
+        unstable: bool,
+        shifted: &mut usize,
+        vectors: &mut Workspace,
+    ) -> Result<(), NotConverged> {
         self.check_work()?;
         if self.solver.factorise(&vectors.tangent) {
             self.work.factorisations += 1;
@@ -162,7 +167,10 @@ impl Newton<'_> {
         *shifted += 1;
         let pattern = &self.system.pattern;
         let n = pattern.size();
-        let mean = (0..n).map(|k| vectors.tangent[pattern.diagonal(k)].abs()).sum::<f64>() / n as f64;
+        let mean = (0..n)
+            .map(|k| vectors.tangent[pattern.diagonal(k)].abs())
+            .sum::<f64>()
+            / n as f64;
         let (mut shift, mut applied) = (1e-4 * mean, 0.0);
         loop {
             for k in 0..n {

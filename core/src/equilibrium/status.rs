@@ -30,7 +30,9 @@ pub struct Limit {
 #[serde(tag = "cause", rename_all = "snake_case")]
 pub enum NotConverged {
     /// Newton's method failed at the smallest load step.
-    #[error("failed to converge at leg {leg}, fraction {fraction}: relative residual {residual:e} after {iterations} iterations at the smallest load step")]
+    #[error(
+        "failed to converge at leg {leg}, fraction {fraction}: relative residual {residual:e} after {iterations} iterations at the smallest load step"
+    )]
     Newton {
         /// Leg, from 0.
         leg: usize,

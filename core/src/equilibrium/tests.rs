@@ -24,7 +24,13 @@ fn quarter(kind: ElementKind, n: usize) -> Discretisation {
             let (c, d) = (a + order, b + order);
             elements.extend([id(a, b), id(c, b), id(c, d), id(a, d)]);
             if order == 2 {
-                elements.extend([id(a + 1, b), id(c, b + 1), id(a + 1, d), id(a, b + 1), id(a + 1, b + 1)]);
+                elements.extend([
+                    id(a + 1, b),
+                    id(c, b + 1),
+                    id(a + 1, d),
+                    id(a, b + 1),
+                    id(a + 1, b + 1),
+                ]);
             }
         }
     }
@@ -105,7 +111,14 @@ fn inner_displacement(kind: ElementKind, n: usize) -> (f64, PathWork) {
         tolerance: 1e-10,
         ..Settings::default()
     };
-    let (end, work, _) = follow(&system, &mut solver, &cycle, &settings, &mut last, &mut Unobserved);
+    let (end, work, _) = follow(
+        &system,
+        &mut solver,
+        &cycle,
+        &settings,
+        &mut last,
+        &mut Unobserved,
+    );
     assert_eq!(end, PathEnd::Complete);
     assert_eq!(last.negative, 0);
     (*last.inner.last().unwrap(), work)

@@ -52,7 +52,9 @@ fn chord(cavity: &Cavity) -> Option<(u32, u32)> {
 /// Area of the cavity at node positions `x`, mm^2.
 pub fn area(cavity: &Cavity, x: &[[f64; 2]]) -> f64 {
     let mut twice = 0.0;
-    couples(cavity, |a, b, c| twice += c * cross(x[a as usize], x[b as usize]));
+    couples(cavity, |a, b, c| {
+        twice += c * cross(x[a as usize], x[b as usize])
+    });
     if let Some(((last, after), (first, before))) = open_ends(cavity) {
         twice += cross(x[last as usize], after) + cross(before, x[first as usize]);
         for pair in cavity.closing_points_mm.windows(2) {
@@ -118,7 +120,10 @@ mod tests {
         let at = |t: f64| [t.cos(), t.sin()];
         let quarter = std::f64::consts::FRAC_PI_4;
         let x: Vec<_> = (0..5).map(|k| at(f64::from(k) * quarter)).collect();
-        let edge = |a, b, m| BoundaryEdge { ends: [a, b], mid: Some(m) };
+        let edge = |a, b, m| BoundaryEdge {
+            ends: [a, b],
+            mid: Some(m),
+        };
         let cavity = Cavity {
             channel: 0,
             edges: vec![edge(0, 2, 1), edge(2, 4, 3)],

@@ -21,12 +21,20 @@ pub fn shape(t: f64, count: usize) -> [f64; 3] {
 
 /// Their derivatives.
 pub fn shape_derivative(t: f64, count: usize) -> [f64; 3] {
-    if count == 3 { [t - 0.5, t + 0.5, -2. * t] } else { [-0.5, 0.5, 0.] }
+    if count == 3 {
+        [t - 0.5, t + 0.5, -2. * t]
+    } else {
+        [-0.5, 0.5, 0.]
+    }
 }
 
 /// A point of an edge with given node positions.
 pub fn point(edge: &BoundaryEdge, position: &[[f64; 2]], t: f64) -> [f64; 2] {
     let (nodes, count) = nodes(edge);
     let n = shape(t, count);
-    std::array::from_fn(|i| (0..count).map(|a| n[a] * position[nodes[a] as usize][i]).sum())
+    std::array::from_fn(|i| {
+        (0..count)
+            .map(|a| n[a] * position[nodes[a] as usize][i])
+            .sum()
+    })
 }

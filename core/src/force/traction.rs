@@ -15,7 +15,8 @@ pub fn add_force(traction: &Traction, x: &[[f64; 2]], scale: f64, out: &mut [[f6
         let (nodes, count) = edge::nodes(e);
         for (t, w) in GAUSS {
             let (n, d) = (edge::shape(t, count), edge::shape_derivative(t, count));
-            let tangent: [f64; 2] = std::array::from_fn(|i| (0..count).map(|a| d[a] * x[nodes[a] as usize][i]).sum());
+            let tangent: [f64; 2] =
+                std::array::from_fn(|i| (0..count).map(|a| d[a] * x[nodes[a] as usize][i]).sum());
             let length = w * tangent[0].hypot(tangent[1]);
             for a in 0..count {
                 for i in 0..2 {
@@ -38,10 +39,14 @@ pub fn add_shape_derivative(
         let (nodes, count) = edge::nodes(e);
         for (t, w) in GAUSS {
             let (n, d) = (edge::shape(t, count), edge::shape_derivative(t, count));
-            let tangent: [f64; 2] = std::array::from_fn(|i| (0..count).map(|a| d[a] * x[nodes[a] as usize][i]).sum());
+            let tangent: [f64; 2] =
+                std::array::from_fn(|i| (0..count).map(|a| d[a] * x[nodes[a] as usize][i]).sum());
             let length = tangent[0].hypot(tangent[1]);
             let work: f64 = (0..count)
-                .map(|a| n[a] * (lambda[nodes[a] as usize][0] * traction.mpa[0] + lambda[nodes[a] as usize][1] * traction.mpa[1]))
+                .map(|a| {
+                    n[a] * (lambda[nodes[a] as usize][0] * traction.mpa[0]
+                        + lambda[nodes[a] as usize][1] * traction.mpa[1])
+                })
                 .sum();
             for a in 0..count {
                 for i in 0..2 {

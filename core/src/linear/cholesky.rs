@@ -6,8 +6,8 @@ use faer::linalg::cholesky::lblt::factor::LbltParams;
 use faer::linalg::cholesky::llt::factor::LltParams;
 use faer::perm::PermRef;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+    CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
+    SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
@@ -58,7 +58,10 @@ impl Solver {
     /// Analyses the lower triangle given in compressed columns; `order[k]` is the unknown eliminated k-th.
     pub fn new(column_start: &[u32], row: &[u32], order: &[u32]) -> Result<Self, AnalysisFailed> {
         let n = order.len();
-        let failed = |detail: String| AnalysisFailed { unknowns: n, detail };
+        let failed = |detail: String| AnalysisFailed {
+            unknowns: n,
+            detail,
+        };
         let mut inverse = vec![0_u32; n];
         for (k, &v) in order.iter().enumerate() {
             inverse[v as usize] = k as u32;
@@ -70,7 +73,9 @@ impl Solver {
             SymmetricOrdering::Custom(PermRef::new_checked(order, &inverse, n)),
             CholeskySymbolicParams {
                 supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-                supernodal_params: SymbolicSupernodalParams { relax: Some(&RELAX) },
+                supernodal_params: SymbolicSupernodalParams {
+                    relax: Some(&RELAX),
+                },
                 ..Default::default()
             },
         )
@@ -103,9 +108,17 @@ impl Solver {
         self.factor
     }
 
-    fn matrix<'a>(column_start: &'a [u32], row: &'a [u32], values: &'a [f64], n: usize) -> SparseColMatRef<'a, u32, f64> {
+    fn matrix<'a>(
+        column_start: &'a [u32],
+        row: &'a [u32],
+        values: &'a [f64],
+        n: usize,
+    ) -> SparseColMatRef<'a, u32, f64> {
         // The pattern was checked at construction.
-        SparseColMatRef::new(SymbolicSparseColMatRef::new_checked(n, n, column_start, None, row), values)
+        SparseColMatRef::new(
+            SymbolicSparseColMatRef::new_checked(n, n, column_start, None, row),
+            values,
+        )
     }
 
     /// Factorises a positive definite matrix; `false` if it is not.
@@ -121,7 +134,11 @@ impl Solver {
             MemStack::new(&mut self.scratch),
             Spec::<LltParams, f64>::default(),
         );
-        self.factor = if result.is_ok() { Factor::Cholesky } else { Factor::None };
+        self.factor = if result.is_ok() {
+            Factor::Cholesky
+        } else {
+            Factor::None
+        };
         result.is_ok()
     }
 
@@ -155,7 +172,9 @@ impl Solver {
         let begin = super_nodes.supernode_begin();
         for s in 0..super_nodes.n_supernodes() {
             let (start, end) = (begin[s] as usize, super_nodes.supernode_end()[s] as usize);
-            let rows = (super_nodes.col_ptr_for_val()[s + 1] - super_nodes.col_ptr_for_val()[s]) as usize / (end - start);
+            let rows = (super_nodes.col_ptr_for_val()[s + 1] - super_nodes.col_ptr_for_val()[s])
+                as usize
+                / (end - start);
             let first = super_nodes.col_ptr_for_val()[s] as usize;
             let mut k = 0;
             while k < end - start {
@@ -179,7 +198,12 @@ impl Solver {
         match self.factor {
             Factor::None => {}
             Factor::Cholesky => {
-                LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack);
+                LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
+                    Conj::No,
+                    rhs,
+                    Par::Seq,
+                    stack,
+                );
             }
             Factor::Indefinite { .. } => {
                 let order = PermRef::new_checked(&self.pivot_order[0], &self.pivot_order[1], n);
@@ -224,7 +248,11 @@ mod tests {
             assert_eq!(solver.factorise_indefinite(&value), exact, "d = {d}");
             let x: Vec<f64> = (0..n).map(|k| (k as f64).sin()).collect();
             let mut rhs: Vec<f64> = (0..n)
-                .map(|k| d * x[k] - if k > 0 { x[k - 1] } else { 0. } - if k + 1 < n { x[k + 1] } else { 0. })
+                .map(|k| {
+                    d * x[k]
+                        - if k > 0 { x[k - 1] } else { 0. }
+                        - if k + 1 < n { x[k + 1] } else { 0. }
+                })
                 .collect();
             solver.solve(&mut rhs, 1);
             assert!(rhs.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-11));

@@ -8,7 +8,10 @@
 const LEAF: usize = 24;
 
 /// New order of the nodes: `order[k]` is the node numbered k. `adjacent(node)` lists the neighbours of a node.
-pub fn nested_dissection<'a>(position: &[[f64; 2]], adjacent: impl Fn(u32) -> &'a [u32]) -> Vec<u32> {
+pub fn nested_dissection<'a>(
+    position: &[[f64; 2]],
+    adjacent: impl Fn(u32) -> &'a [u32],
+) -> Vec<u32> {
     let n = position.len();
     let mut part: Vec<u32> = (0..n as u32).collect();
     // Which half of the present split a node is in: a stamp per split tells them apart from all others.
@@ -33,7 +36,9 @@ pub fn nested_dissection<'a>(position: &[[f64; 2]], adjacent: impl Fn(u32) -> &'
         let axis = usize::from(high[1] - low[1] > high[0] - low[0]);
         let middle = nodes.len() / 2;
         nodes.select_nth_unstable_by(middle, |&a, &b| {
-            position[a as usize][axis].total_cmp(&position[b as usize][axis]).then(a.cmp(&b))
+            position[a as usize][axis]
+                .total_cmp(&position[b as usize][axis])
+                .then(a.cmp(&b))
         });
         next_stamp += 1;
         for &v in &nodes[middle..] {
@@ -65,7 +70,9 @@ mod tests {
     #[test]
     fn orders_every_node_once_and_separators_last() {
         let m = 20;
-        let position: Vec<[f64; 2]> = (0..m * m).map(|k| [(k % m) as f64, (k / m) as f64]).collect();
+        let position: Vec<[f64; 2]> = (0..m * m)
+            .map(|k| [(k % m) as f64, (k / m) as f64])
+            .collect();
         let neighbours: Vec<Vec<u32>> = (0..m * m)
             .map(|k| {
                 let (i, j) = ((k % m) as i64, (k / m) as i64);

@@ -1,0 +1,4 @@
+//! Limits that make an optimum mean something, and verdicts on a deformed shape.
+
+pub mod stretch;
+pub mod walls;

@@ -1,0 +1,386 @@
+//! Crossing walls and gaps of a deformed shape.
+//!
+//! The boundary is sampled as polylines, four segments a quadratic edge. Two segments that cross are a crossing of walls,
+//! unless both lie within [`FOLD_MM`] of the same corner along the reference boundary: sharp corners of unpressurised
+//! chambers fold shut, which is told apart.
+
+use crate::force::edge;
+use crate::mesh::BoundaryLoop;
+
+/// A crossing this near to a corner on both sides of it, along the reference boundary, is a fold of that corner, mm.
+pub const FOLD_MM: f64 = 3.0;
+const SEGMENTS: usize = 4;
+
+/// The sampled boundary.
+pub struct Walls {
+    loops: Vec<Polyline>,
+}
+
+struct Polyline {
+    boundary: BoundaryLoop,
+    /// Reference arc length of each vertex, and of the whole.
+    arc: Vec<f64>,
+    length: f64,
+    /// Arc lengths of the corners.
+    corners: Vec<f64>,
+}
+
+/// Two segments that cross.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// A point of the crossing in the deformed shape, mm.
+    pub at_mm: [f64; 2],
+    /// Whether it is the fold of a corner.
+    pub corner_fold: bool,
+}
+
+impl Walls {
+    /// Samples the boundary of the reference shape `x`.
+    pub fn new(boundary: &[BoundaryLoop], x: &[[f64; 2]]) -> Self {
+        let loops = boundary
+            .iter()
+            .filter(|b| !b.edges.is_empty())
+            .map(|b| {
+                let mut line = Polyline {
+                    boundary: b.clone(),
+                    arc: Vec::new(),
+                    length: 0.0,
+                    corners: Vec::new(),
+                };
+                let points = line.points(x);
+                let mut first_of_edge = 0;
+                for k in 0..points.len() {
+                    line.arc.push(line.length);
+                    let edge_index = first_of_edge;
+                    if line.is_first(k) {
+                        if b.starts_at_corner.get(edge_index).copied().unwrap_or(false) {
+                            line.corners.push(line.length);
+                        }
+                        first_of_edge += 1;
+                    }
+                    line.length += distance(points[k], points[(k + 1) % points.len()]);
+                }
+                line
+            })
+            .collect();
+        Self { loops }
+    }
+
+    /// The first crossing of walls, else the first fold of a corner, at displacements `u`.
+    pub fn crossing(&self, x: &[[f64; 2]], u: &[[f64; 2]]) -> Option<Crossing> {
+        let segments = self.segments(x, u);
+        let grid = Grid::new(&segments);
+        let mut fold = None;
+        for (i, a) in segments.iter().enumerate() {
+            let mut wall = None;
+            grid.near(a, |j| {
+                if j <= i || wall.is_some() {
+                    return;
+                }
+                let b = &segments[j];
+                if self.adjacent(a, b) {
+                    return;
+                }
+                if let Some(at_mm) = intersection(a, b) {
+                    let corner_fold = self.is_fold(a, b);
+                    let crossing = Crossing { at_mm, corner_fold };
+                    if corner_fold {
+                        fold.get_or_insert(crossing);
+                    } else {
+                        wall = Some(crossing);
+                    }
+                }
+            });
+            if wall.is_some() {
+                return wall;
+            }
+        }
+        fold
+    }
+
+    /// Least distance between boundary points that face each other across a void, mm: normals opposed by more than 90
+    /// degrees, farther apart along the boundary than twice the distance. `None` where no points face each other.
+    pub fn least_gap(&self, x: &[[f64; 2]], u: &[[f64; 2]]) -> Option<f64> {
+        let mut least = f64::INFINITY;
+        for line in &self.loops {
+            let points: Vec<[f64; 2]> = line.points_deformed(x, u);
+            let n = points.len();
+            // Normal out of the solid (solid on the left): (dy, -dx).
+            let normal = |k: usize| {
+                let (a, b) = (points[k], points[(k + 1) % n]);
+                [b[1] - a[1], a[0] - b[0]]
+            };
+            for i in 0..n {
+                // A vertex belongs to the segments before and after it: either may face the other wall.
+                let normals = [normal((i + n - 1) % n), normal(i)];
+                for j in 0..n {
+                    let (a, b) = (points[j], points[(j + 1) % n]);
+                    let m = normal(j);
+                    if !normals.iter().any(|v| v[0] * m[0] + v[1] * m[1] < 0.0) {
+                        continue;
+                    }
+                    let (d, t) = to_segment(points[i], a, b);
+                    if d >= least {
+                        continue;
+                    }
+                    let foot = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
+                    let towards = [foot[0] - points[i][0], foot[1] - points[i][1]];
+                    let faces = |v: [f64; 2]| v[0] * towards[0] + v[1] * towards[1] > 0.0;
+                    let opposed = normals
+                        .iter()
+                        .any(|v| faces(*v) && v[0] * m[0] + v[1] * m[1] < 0.0);
+                    if !opposed || m[0] * towards[0] + m[1] * towards[1] >= 0.0 {
+                        continue;
+                    }
+                    let end = if j + 1 == n {
+                        line.length
+                    } else {
+                        line.arc[j + 1]
+                    };
+                    let along = (line.arc[i] - (line.arc[j] + t * (end - line.arc[j]))).abs();
+                    if along.min(line.length - along) > 2.0 * d {
+                        least = d;
+                    }
+                }
+            }
+        }
+        least.is_finite().then_some(least)
+    }
+
+    fn segments(&self, x: &[[f64; 2]], u: &[[f64; 2]]) -> Vec<Segment> {
+        let mut out = Vec::new();
+        for (index, line) in self.loops.iter().enumerate() {
+            let points = line.points_deformed(x, u);
+            let n = points.len();
+            for k in 0..n {
+                out.push(Segment {
+                    line: index,
+                    index: k,
+                    a: points[k],
+                    b: points[(k + 1) % n],
+                });
+            }
+        }
+        out
+    }
+
+    fn adjacent(&self, a: &Segment, b: &Segment) -> bool {
+        let n = self.loops[a.line].arc.len();
+        a.line == b.line && ((a.index + 1) % n == b.index || (b.index + 1) % n == a.index)
+    }
+
+    fn is_fold(&self, a: &Segment, b: &Segment) -> bool {
+        if a.line != b.line {
+            return false;
+        }
+        let line = &self.loops[a.line];
+        let near = |s: f64, corner: f64| {
+            let d = (s - corner).abs();
+            d.min(line.length - d) <= FOLD_MM
+        };
+        line.corners
+            .iter()
+            .any(|&c| near(line.arc[a.index], c) && near(line.arc[b.index], c))
+    }
+}
+
+impl Polyline {
+    fn pieces(e: &crate::mesh::BoundaryEdge) -> usize {
+        if e.mid.is_some() { SEGMENTS } else { 1 }
+    }
+
+    fn is_first(&self, vertex: usize) -> bool {
+        let mut k = 0;
+        for e in &self.boundary.edges {
+            if k == vertex {
+                return true;
+            }
+            if k > vertex {
+                return false;
+            }
+            k += Self::pieces(e);
+        }
+        false
+    }
+
+    fn points(&self, position: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let mut out = Vec::new();
+        for e in &self.boundary.edges {
+            let n = Self::pieces(e);
+            out.extend((0..n).map(|k| edge::point(e, position, -1.0 + 2.0 * k as f64 / n as f64)));
+        }
+        out
+    }
+
+    fn points_deformed(&self, x: &[[f64; 2]], u: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let (a, b) = (self.points(x), self.points(u));
+        a.iter()
+            .zip(&b)
+            .map(|(a, b)| [a[0] + b[0], a[1] + b[1]])
+            .collect()
+    }
+}
+
+struct Segment {
+    line: usize,
+    index: usize,
+    a: [f64; 2],
+    b: [f64; 2],
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// Distance of a point to a segment, and the parameter of the foot.
+fn to_segment(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> (f64, f64) {
+    let d = [b[0] - a[0], b[1] - a[1]];
+    let square = d[0] * d[0] + d[1] * d[1];
+    let t = if square > 0.0 {
+        (((p[0] - a[0]) * d[0] + (p[1] - a[1]) * d[1]) / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (distance(p, [a[0] + t * d[0], a[1] + t * d[1]]), t)
+}
+
+fn intersection(p: &Segment, q: &Segment) -> Option<[f64; 2]> {
+    let d = [p.b[0] - p.a[0], p.b[1] - p.a[1]];
+    let e = [q.b[0] - q.a[0], q.b[1] - q.a[1]];
+    let r = [q.a[0] - p.a[0], q.a[1] - p.a[1]];
+    let det = d[0] * e[1] - d[1] * e[0];
+    if det == 0.0 {
+        return None;
+    }
+    let t = (r[0] * e[1] - r[1] * e[0]) / det;
+    let s = (r[0] * d[1] - r[1] * d[0]) / det;
+    ((0.0..1.0).contains(&t) && (0.0..1.0).contains(&s))
+        .then(|| [p.a[0] + t * d[0], p.a[1] + t * d[1]])
+}
+
+/// Segments by the cells of a uniform grid that their boxes touch.
+struct Grid {
+    cell: f64,
+    entries: Vec<((i32, i32), u32)>,
+}
+
+impl Grid {
+    fn new(segments: &[Segment]) -> Self {
+        let n = segments.len().max(1);
+        let mean = segments.iter().map(|s| distance(s.a, s.b)).sum::<f64>() / n as f64;
+        let mut grid = Self {
+            cell: (2.0 * mean).max(1e-9),
+            entries: Vec::new(),
+        };
+        let mut entries = Vec::new();
+        for (i, s) in segments.iter().enumerate() {
+            grid.cells(s, |c| entries.push((c, i as u32)));
+        }
+        entries.sort_unstable();
+        grid.entries = entries;
+        grid
+    }
+
+    fn cells(&self, s: &Segment, mut visit: impl FnMut((i32, i32))) {
+        let of = |v: f64| (v / self.cell).floor() as i32;
+        for i in of(s.a[0].min(s.b[0]))..=of(s.a[0].max(s.b[0])) {
+            for j in of(s.a[1].min(s.b[1]))..=of(s.a[1].max(s.b[1])) {
+                visit((i, j));
+            }
+        }
+    }
+
+    fn near(&self, s: &Segment, mut visit: impl FnMut(usize)) {
+        self.cells(s, |c| {
+            let first = self.entries.partition_point(|(k, _)| *k < c);
+            for &(k, i) in &self.entries[first..] {
+                if k != c {
+                    break;
+                }
+                visit(i as usize);
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::BoundaryEdge;
+
+    /// A void of corners `x` (counter-clockwise), each side in `n` straight edges, the solid outside.
+    fn void(corners: &[[f64; 2]], n: usize) -> (Vec<BoundaryLoop>, Vec<[f64; 2]>) {
+        let m = corners.len();
+        let mut x = Vec::new();
+        // Clockwise, so that the solid is on the left.
+        for k in (0..m).rev() {
+            let (a, b) = (corners[(k + 1) % m], corners[k]);
+            for i in 0..n {
+                let t = i as f64 / n as f64;
+                x.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
+            }
+        }
+        let count = x.len() as u32;
+        let edges = (0..count)
+            .map(|k| BoundaryEdge {
+                ends: [k, (k + 1) % count],
+                mid: None,
+            })
+            .collect();
+        let starts_at_corner = (0..count as usize).map(|k| k % n == 0).collect();
+        (
+            vec![BoundaryLoop {
+                edges,
+                starts_at_corner,
+            }],
+            x,
+        )
+    }
+
+    #[test]
+    fn gap_of_a_rectangle_is_its_height() {
+        let (boundary, x) = void(&[[0., 0.], [40., 0.], [40., 15.], [0., 15.]], 20);
+        let walls = Walls::new(&boundary, &x);
+        let rest = vec![[0.; 2]; x.len()];
+        assert!((walls.least_gap(&x, &rest).unwrap() - 15.0).abs() < 1e-12);
+        assert_eq!(walls.crossing(&x, &rest), None);
+    }
+
+    #[test]
+    fn walls_that_cross_in_mid_span_are_not_a_fold() {
+        let (boundary, x) = void(&[[0., 0.], [40., 0.], [40., 15.], [0., 15.]], 20);
+        let walls = Walls::new(&boundary, &x);
+        // The lower wall bulges beyond the upper one.
+        let u: Vec<_> = x
+            .iter()
+            .map(|p| {
+                if p[1] == 0.0 {
+                    [0.0, 20.0 * (std::f64::consts::PI * p[0] / 40.).sin()]
+                } else {
+                    [0.0; 2]
+                }
+            })
+            .collect();
+        let crossing = walls.crossing(&x, &u).unwrap();
+        assert!(!crossing.corner_fold);
+        assert!((crossing.at_mm[1] - 15.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_corner_that_folds_is_told_apart() {
+        let (boundary, x) = void(&[[0., 0.], [40., 0.], [40., 15.], [0., 15.]], 40);
+        let walls = Walls::new(&boundary, &x);
+        // Near the origin the lower wall rises across the left one.
+        let u: Vec<_> = x
+            .iter()
+            .map(|p| {
+                if p[1] == 0.0 && p[0] > 0.0 && p[0] < 2.5 {
+                    [-1.5 * p[0], 0.5]
+                } else {
+                    [0.0; 2]
+                }
+            })
+            .collect();
+        assert!(walls.crossing(&x, &u).unwrap().corner_fold);
+    }
+}

@@ -1,0 +1,286 @@
+//! One finite-element analysis: the path, what is measured at its states, and the derivatives that are wanted.
+//!
+//! What is not wanted is not allocated, not computed and not paid for.
+
+use crate::actuation::{ActuationCycle, ActuationPoint};
+use crate::adjoint::{self, NodeGradient};
+use crate::assembly::{FoldedReference, State, System};
+use crate::constraint::stretch::{RHO, StretchMeasure};
+use crate::constraint::walls::{Crossing, Walls};
+use crate::equilibrium::{
+    AcceptedState, Observer, PathEnd, PathWork, Phase, Settings, StateVisitor, follow,
+};
+use crate::force::cavity_pressure;
+use crate::linear::AnalysisFailed;
+use crate::material::MaterialLaw;
+use crate::mesh::Discretisation;
+use crate::objective::probe::ProbePoint;
+
+/// What is wanted of an analysis.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// Derivatives of the displacements of this probe (index).
+    pub probe_gradient: Option<usize>,
+    /// Radius of the averaging disc of the stretch, mm; `None` leaves the stretch out.
+    pub stretch_radius: Option<f64>,
+    /// Derivative of the smooth maximum of the stretch over the path.
+    pub stretch_gradient: bool,
+    /// Crossings of walls.
+    pub walls: bool,
+    /// Least gaps.
+    pub gaps: bool,
+    /// Displacement fields of all states of the path.
+    pub fields: bool,
+}
+
+/// What is measured at a state of the path.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Place in the schedule.
+    pub point: ActuationPoint,
+    /// Displacement of each probe, mm.
+    pub displacement: Vec<[f64; 2]>,
+    /// Area per channel, mm^2.
+    pub cavity_area: Vec<f64>,
+    /// Largest averaged stretch; 1 where it is left out.
+    pub max_stretch: f64,
+    /// Largest stretch at a quadrature point.
+    pub max_stretch_raw: f64,
+    /// Least gap, mm.
+    pub min_gap: Option<f64>,
+    /// First crossing that was found.
+    pub crossing: Option<Crossing>,
+    /// Negative pivots.
+    pub negative_pivots: usize,
+    /// Residual over the force scale.
+    pub residual: f64,
+    /// Smallest J.
+    pub min_jacobian: f64,
+}
+
+/// An analysis.
+pub struct Analysis {
+    /// The system, for its counts and its body.
+    pub system: System,
+    /// How the path ended.
+    pub end: PathEnd,
+    /// Work.
+    pub work: PathWork,
+    /// (leg + fraction) / legs of the last converged state.
+    pub reached: f64,
+    /// States of the path that were reached.
+    pub states: Vec<Measured>,
+    /// d (u_x, u_y) / dX of the probe, per state.
+    pub probe_gradient: Vec<[NodeGradient; 2]>,
+    /// Smooth maximum of the averaged stretch over the path, and its derivative.
+    pub stretch: Option<(f64, Option<NodeGradient>)>,
+    /// Displacement fields per state.
+    pub fields: Vec<Vec<[f64; 2]>>,
+}
+
+/// A body that cannot be analysed at all.
+#[derive(Debug, thiserror::Error)]
+pub enum CannotAnalyse {
+    /// An element of the reference shape is folded.
+    #[error(transparent)]
+    Folded(#[from] FoldedReference),
+    /// The symbolic analysis failed.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisFailed),
+}
+
+/// Analyses a body over a schedule.
+pub fn analyse(
+    body: Discretisation,
+    laws: &[MaterialLaw],
+    cycle: &ActuationCycle,
+    probes: &[ProbePoint],
+    settings: &Settings,
+    wanted: &Wanted,
+    observer: &mut dyn Observer,
+) -> Result<Analysis, CannotAnalyse> {
+    observer.enter(Phase::SetUp);
+    let system = System::new(body, laws)?;
+    let mut solver = system.solver()?;
+    let mut recorder = Recorder::new(&system, probes, cycle.channels(), wanted);
+    let (end, work, reached) = follow(
+        &system,
+        &mut solver,
+        cycle,
+        settings,
+        &mut recorder,
+        observer,
+    );
+    let Recorder {
+        states,
+        probe_gradient,
+        fields,
+        smooth,
+        measure,
+        ..
+    } = recorder;
+    let stretch = measure.map(|_| smooth.finish());
+    Ok(Analysis {
+        system,
+        end,
+        work,
+        reached,
+        states,
+        probe_gradient,
+        stretch,
+        fields,
+    })
+}
+
+/// ln(sum exp(rho KS_s)) / rho over the states and its derivative, summed as the states come.
+#[derive(Default)]
+struct SmoothMaximum {
+    largest: f64,
+    sum: f64,
+    gradient: Option<NodeGradient>,
+}
+
+impl SmoothMaximum {
+    /// Whether a state of this value can be seen in double precision beside the largest so far.
+    fn matters(&self, value: f64) -> bool {
+        self.sum == 0.0 || RHO * (value - self.largest) > -37.0
+    }
+
+    fn add(&mut self, value: f64, gradient: Option<NodeGradient>) {
+        if self.sum == 0.0 {
+            self.largest = value;
+        }
+        if value > self.largest {
+            let scale = (RHO * (self.largest - value)).exp();
+            self.sum *= scale;
+            self.gradient
+                .iter_mut()
+                .flatten()
+                .flatten()
+                .for_each(|v| *v *= scale);
+            self.largest = value;
+        }
+        let weight = (RHO * (value - self.largest)).exp();
+        self.sum += weight;
+        if let Some(gradient) = gradient {
+            let sum = self
+                .gradient
+                .get_or_insert_with(|| vec![[0.0; 2]; gradient.len()]);
+            for (s, g) in sum.iter_mut().zip(&gradient) {
+                s[0] += weight * g[0];
+                s[1] += weight * g[1];
+            }
+        }
+    }
+
+    fn finish(self) -> (f64, Option<NodeGradient>) {
+        if self.sum == 0.0 {
+            return (1.0, None);
+        }
+        let gradient = self.gradient.map(|mut g| {
+            g.iter_mut().flatten().for_each(|v| *v /= self.sum);
+            g
+        });
+        (self.largest + self.sum.ln() / RHO, gradient)
+    }
+}
+
+/// Measures the accepted states.
+struct Recorder<'a> {
+    probes: &'a [ProbePoint],
+    channels: usize,
+    wanted: &'a Wanted,
+    measure: Option<StretchMeasure>,
+    walls: Option<Walls>,
+    states: Vec<Measured>,
+    probe_gradient: Vec<[NodeGradient; 2]>,
+    smooth: SmoothMaximum,
+    fields: Vec<Vec<[f64; 2]>>,
+    crossed: bool,
+}
+
+impl<'a> Recorder<'a> {
+    fn new(system: &System, probes: &'a [ProbePoint], channels: usize, wanted: &'a Wanted) -> Self {
+        let need_walls = wanted.walls || wanted.gaps;
+        Self {
+            probes,
+            channels,
+            wanted,
+            measure: wanted
+                .stretch_radius
+                .map(|r| StretchMeasure::new(system, r)),
+            walls: need_walls.then(|| Walls::new(&system.body.boundary, &system.body.mesh.nodes)),
+            states: Vec::new(),
+            probe_gradient: Vec::new(),
+            smooth: SmoothMaximum::default(),
+            fields: Vec::new(),
+            crossed: false,
+        }
+    }
+}
+
+impl StateVisitor for Recorder<'_> {
+    fn accepted(&mut self, mut accepted: AcceptedState<'_>, observer: &mut dyn Observer) -> f64 {
+        observer.enter(Phase::Measures);
+        let system = accepted.system;
+        let (x, u) = (&system.body.mesh.nodes, &accepted.state.u);
+        let stretch = self.measure.as_ref().map(|m| (m, m.at_state(system, u)));
+        let (max_stretch, max_stretch_raw) = stretch
+            .as_ref()
+            .map_or((1.0, 1.0), |(_, s)| (s.largest(), s.largest_pointwise()));
+        // Once walls have crossed, later states of the path add nothing to the verdict, unless it was but a fold.
+        let crossing = match &self.walls {
+            Some(walls) if self.wanted.walls && !self.crossed => walls.crossing(x, u),
+            _ => None,
+        };
+        self.crossed |= crossing.is_some_and(|c| !c.corner_fold);
+        let min_gap = match &self.walls {
+            Some(walls) if self.wanted.gaps => walls.least_gap(x, u),
+            _ => None,
+        };
+        let mut cavity_area = vec![0.0; self.channels];
+        let deformed: Vec<[f64; 2]> = x
+            .iter()
+            .zip(u)
+            .map(|(x, u)| [x[0] + u[0], x[1] + u[1]])
+            .collect();
+        for cavity in &system.body.cavities {
+            cavity_area[cavity.channel] += cavity_pressure::area(cavity, &deformed);
+        }
+        self.states.push(Measured {
+            point: accepted.point.clone(),
+            displacement: self.probes.iter().map(|p| p.displacement(u)).collect(),
+            cavity_area,
+            max_stretch,
+            max_stretch_raw,
+            min_gap,
+            crossing,
+            negative_pivots: accepted.negative_pivots,
+            residual: accepted.residual,
+            min_jacobian: accepted.least_j,
+        });
+        if self.wanted.fields {
+            self.fields.push(u.clone());
+        }
+        observer.enter(Phase::Adjoint);
+        if let Some(probe) = self.wanted.probe_gradient {
+            self.probe_gradient
+                .push(adjoint::of_probe(&mut accepted, &self.probes[probe]));
+        }
+        if let Some((measure, state)) = &stretch {
+            let (value, weights) = measure.smooth_maximum(state);
+            let gradient =
+                (self.wanted.stretch_gradient && self.smooth.matters(value)).then(|| {
+                    adjoint::of_points(&mut accepted, &measure.sensitivities(state, &weights))
+                });
+            self.smooth.add(value, gradient);
+        }
+        max_stretch
+    }
+
+    fn stretch(&mut self, system: &System, state: &State) -> f64 {
+        self.measure
+            .as_ref()
+            .map_or(1.0, |m| m.at_state(system, &state.u).largest())
+    }
+}

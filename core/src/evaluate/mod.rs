@@ -1,0 +1,10 @@
+//! The single door: a scene or a study's evaluation request goes in, a document or an outcome comes out.
+
+pub mod analysis;
+mod answer;
+mod gradient;
+mod scene;
+
+pub use answer::{LeftOut, SceneAnswer, SceneStatus};
+pub use gradient::{CheckLine, Difference, GradientAnswer, check_bound, check_gradient};
+pub use scene::{SceneOptions, SceneSolution, solve_scene};

@@ -1,0 +1,459 @@
+//! A scene from the resolved document to its answer.
+
+use super::analysis::{Analysis, Measured, Wanted, analyse};
+use super::answer::{
+    LeftOut, LossOfUniqueness, MeshAnswer, SceneAnswer, SceneStatus, StateAnswer, WorkAnswer,
+};
+use crate::adjoint::NodeGradient;
+use crate::equilibrium::{Observer, PathEnd, Settings};
+use crate::fault::Faults;
+use crate::geometry::{Actuator, InfeasibleGeometry, MeshPlan, PlanElement};
+use crate::material::MaterialLaw;
+use crate::mesh::{Discretisation, ElementKind, MappedMesh, build, gmsh, locate};
+use crate::objective::enclosed_area;
+use crate::objective::probe::ProbePoint;
+use crate::scene::{Body, ContactMode, ElementChoice, Orientation, Scene, SceneObjective};
+use crate::study::OverlapReport;
+
+/// Radius of the averaging disc of the reported stretch, mm.
+pub const STRETCH_LENGTH_MM: f64 = 0.5;
+
+/// What is wanted beside the answer.
+#[derive(Clone, Debug, Default)]
+pub struct SceneOptions {
+    /// The objective's derivative with respect to node positions.
+    pub gradient: bool,
+    /// Displacement fields of all states.
+    pub fields: bool,
+    /// A mesh plan to use instead of the scene's own choice.
+    pub plan: Option<MeshPlan>,
+    /// Leaves stretch, gaps and crossings out.
+    pub path_only: bool,
+}
+
+/// The source of a body's node positions.
+pub enum BodySource {
+    /// A chain of units.
+    Mapped(Box<MappedMesh>),
+    /// A mesh file.
+    File(Box<gmsh::MeshFileModel>),
+}
+
+/// A solved scene.
+pub struct SceneSolution {
+    /// The document.
+    pub answer: SceneAnswer,
+    /// The body, for pictures.
+    pub body: Option<Discretisation>,
+    /// Displacement fields per state of the path, where wanted.
+    pub fields: Vec<Vec<[f64; 2]>>,
+    /// d objective / d node position, where wanted and the path is complete.
+    pub node_gradient: Option<NodeGradient>,
+    /// Where the nodes come from.
+    pub source: Option<BodySource>,
+}
+
+/// Element family of a mapped mesh.
+pub fn plan_element(choice: ElementChoice) -> PlanElement {
+    match choice {
+        ElementChoice::Quad4 => PlanElement::Quad4,
+        ElementChoice::Auto | ElementChoice::Quad9 => PlanElement::Quad9,
+    }
+}
+
+/// Meshes an actuator by a plan, or by the one that its own size rule chooses.
+pub fn mesh_actuator(
+    actuator: &Actuator,
+    plan: Option<&MeshPlan>,
+    choice: ElementChoice,
+    max_size_mm: Option<f64>,
+) -> Result<MappedMesh, InfeasibleGeometry> {
+    match plan {
+        Some(plan) => build(actuator, plan),
+        None => build(
+            actuator,
+            &MeshPlan::choose(actuator, plan_element(choice), max_size_mm)?,
+        ),
+    }
+}
+
+/// Solves a scene.
+///
+/// # Errors
+/// Faults of a mesh file and of what the scene says of its groups; probes outside the solid.
+pub fn solve_scene(
+    scene: &Scene,
+    options: &SceneOptions,
+    observer: &mut dyn Observer,
+) -> Result<SceneSolution, Faults> {
+    let (body, laws, source, scaled) = match &scene.body {
+        Body::Actuator(chain) => {
+            let built = mesh_actuator(
+                &chain.actuator,
+                options.plan.as_ref(),
+                scene.mesh.element,
+                scene.mesh.max_size_mm,
+            );
+            match built {
+                Ok(mesh) => {
+                    let scaled = mesh.scaled_jacobian;
+                    let body = mesh.discretisation.clone();
+                    (
+                        body,
+                        chain.materials.clone(),
+                        BodySource::Mapped(Box::new(mesh)),
+                        Some(scaled),
+                    )
+                }
+                Err(reason) => return Ok(unmeshable(scene, &reason.to_string())),
+            }
+        }
+        Body::MeshFile(file) => {
+            let model = gmsh::load(file, scene.actuation.channels(), scene.mesh.element)?;
+            let (body, laws) = (model.discretisation.clone(), model.laws.clone());
+            (body, laws, BodySource::File(Box::new(model)), None)
+        }
+    };
+    let probes = probe_points(scene, &body)?;
+    let objective_probe = scene.objective.as_ref().and_then(|o| probe_index(scene, o));
+    let wanted = Wanted {
+        probe_gradient: objective_probe.filter(|_| options.gradient),
+        stretch_radius: (!options.path_only).then_some(STRETCH_LENGTH_MM),
+        stretch_gradient: false,
+        walls: !options.path_only,
+        gaps: !options.path_only,
+        fields: options.fields,
+    };
+    let settings = Settings {
+        tolerance: scene.relative_residual_force_tolerance,
+        ..Settings::default()
+    };
+    let analysis = match analyse(
+        body,
+        &laws,
+        &scene.actuation,
+        &probes,
+        &settings,
+        &wanted,
+        observer,
+    ) {
+        Ok(analysis) => analysis,
+        Err(reason) => return Ok(unmeshable(scene, &reason.to_string())),
+    };
+    let node_gradient = (options.gradient && analysis.end == PathEnd::Complete)
+        .then(|| objective_gradient(scene, &analysis, objective_probe))
+        .flatten();
+    let answer = answer(scene, &analysis, &laws, objective_probe, scaled);
+    Ok(SceneSolution {
+        answer,
+        node_gradient,
+        body: Some(analysis.system.body),
+        fields: analysis.fields,
+        source: Some(source),
+    })
+}
+
+/// Interpolation of each probe.
+fn probe_points(scene: &Scene, body: &Discretisation) -> Result<Vec<ProbePoint>, Faults> {
+    let mut faults = Faults::default();
+    let mut points = Vec::new();
+    for probe in &scene.probes {
+        match locate(&body.mesh, probe.at_mm) {
+            Some(l) => points.push(ProbePoint::new(&body.mesh, l.block, l.element, l.local)),
+            None => faults.add(format!("probes.{}", probe.name), "is not in the solid"),
+        }
+    }
+    faults.check(points)
+}
+
+/// Index of the objective's probe.
+fn probe_index(scene: &Scene, objective: &SceneObjective) -> Option<usize> {
+    let (SceneObjective::EnclosedArea { probe, .. } | SceneObjective::Displacement { probe, .. }) =
+        objective;
+    scene.probes.iter().position(|p| p.name == *probe)
+}
+
+/// Sign with which the enclosed area enters the objective.
+pub fn area_sign(orientation: Orientation) -> f64 {
+    match orientation {
+        Orientation::CounterClockwise => -1.0,
+        Orientation::Clockwise => 1.0,
+    }
+}
+
+fn tip_path(states: &[Measured], probe: usize) -> Vec<[f64; 2]> {
+    states.iter().map(|s| s.displacement[probe]).collect()
+}
+
+/// Value of an objective over a complete path.
+pub fn objective_value(objective: &SceneObjective, states: &[Measured], probe: usize) -> f64 {
+    match objective {
+        SceneObjective::EnclosedArea { orientation, .. } => {
+            area_sign(*orientation) * enclosed_area::area(&tip_path(states, probe))
+        }
+        SceneObjective::Displacement {
+            component,
+            state,
+            sign,
+            ..
+        } => sign * states[*state].displacement[probe][*component as usize],
+    }
+}
+
+/// d objective / d node position from the derivatives of the probe's displacements.
+pub fn combine_gradient(
+    objective: &SceneObjective,
+    states: &[Measured],
+    probe: usize,
+    probe_gradient: &[[NodeGradient; 2]],
+) -> Option<NodeGradient> {
+    let weights: Vec<[f64; 2]> = match objective {
+        SceneObjective::EnclosedArea { orientation, .. } => {
+            enclosed_area::gradient(&tip_path(states, probe))
+                .into_iter()
+                .map(|g| g.map(|v| area_sign(*orientation) * v))
+                .collect()
+        }
+        SceneObjective::Displacement {
+            component,
+            state,
+            sign,
+            ..
+        } => {
+            let mut weights = vec![[0.0; 2]; states.len()];
+            weights[*state][*component as usize] = *sign;
+            weights
+        }
+    };
+    let nodes = probe_gradient.first()?[0].len();
+    let mut total = vec![[0.0; 2]; nodes];
+    for (weight, gradients) in weights.iter().zip(probe_gradient) {
+        for (w, gradient) in weight.iter().zip(gradients) {
+            if *w != 0.0 {
+                for (t, g) in total.iter_mut().zip(gradient) {
+                    t[0] += w * g[0];
+                    t[1] += w * g[1];
+                }
+            }
+        }
+    }
+    Some(total)
+}
+
+fn objective_gradient(
+    scene: &Scene,
+    analysis: &Analysis,
+    probe: Option<usize>,
+) -> Option<NodeGradient> {
+    combine_gradient(
+        scene.objective.as_ref()?,
+        &analysis.states,
+        probe?,
+        &analysis.probe_gradient,
+    )
+}
+
+/// First crossing of walls over the path, else the first fold of a corner.
+pub fn overlap_report(states: &[Measured]) -> Option<OverlapReport> {
+    let found = |fold: bool| {
+        states
+            .iter()
+            .find(|s| s.crossing.is_some_and(|c| c.corner_fold == fold))
+    };
+    let state = found(false).or_else(|| found(true))?;
+    let crossing = state.crossing?;
+    Some(OverlapReport {
+        leg: state.point.leg,
+        fraction: state.point.fraction,
+        pressure_kpa: state.point.pressure_kpa.clone(),
+        at_mm: crossing.at_mm,
+        corner_fold: crossing.corner_fold,
+    })
+}
+
+fn resolved(scene: &Scene) -> serde_json::Value {
+    serde_json::to_value(scene).unwrap_or_default()
+}
+
+/// The answer of a shape that cannot be meshed.
+fn unmeshable(scene: &Scene, reason: &str) -> SceneSolution {
+    SceneSolution {
+        answer: SceneAnswer {
+            status: SceneStatus::InfeasibleGeometry,
+            reason: Some(reason.to_owned()),
+            load_fraction_reached: 0.0,
+            limit: None,
+            unique: true,
+            loss_of_uniqueness: None,
+            walls_overlap: None,
+            path: Vec::new(),
+            objective: None,
+            enclosed_area_mm2: None,
+            self_crossing: false,
+            area_sampling_error_mm2: None,
+            mesh: MeshAnswer::default(),
+            resolved: resolved(scene),
+            work: WorkAnswer::default(),
+            left_out: Vec::new(),
+        },
+        body: None,
+        fields: Vec::new(),
+        node_gradient: None,
+        source: None,
+    }
+}
+
+fn answer(
+    scene: &Scene,
+    analysis: &Analysis,
+    laws: &[MaterialLaw],
+    probe: Option<usize>,
+    scaled_jacobian: Option<f64>,
+) -> SceneAnswer {
+    let (status, reason, limit) = match &analysis.end {
+        PathEnd::Complete => (SceneStatus::Ok, None, None),
+        PathEnd::NoEquilibrium(limit) => (SceneStatus::NoEquilibrium, None, Some(limit.clone())),
+        PathEnd::NotConverged(why) => (SceneStatus::NotConverged, Some(why.to_string()), None),
+    };
+    let complete = status == SceneStatus::Ok;
+    let loss = analysis
+        .states
+        .iter()
+        .find(|s| s.negative_pivots > 0)
+        .map(|s| LossOfUniqueness {
+            leg: s.point.leg,
+            fraction: s.point.fraction,
+            pressure_kpa: s.point.pressure_kpa.clone(),
+            negative_pivots: s.negative_pivots,
+        });
+    let tips = probe
+        .filter(|_| complete)
+        .map(|p| tip_path(&analysis.states, p));
+    SceneAnswer {
+        status,
+        reason,
+        load_fraction_reached: analysis.reached,
+        limit,
+        unique: loss.is_none(),
+        loss_of_uniqueness: loss,
+        walls_overlap: overlap_report(&analysis.states),
+        path: analysis
+            .states
+            .iter()
+            .map(|s| state_answer(scene, s))
+            .collect(),
+        objective: complete
+            .then(|| {
+                Some(objective_value(
+                    scene.objective.as_ref()?,
+                    &analysis.states,
+                    probe?,
+                ))
+            })
+            .flatten(),
+        enclosed_area_mm2: tips.as_deref().map(enclosed_area::area),
+        self_crossing: tips.as_deref().is_some_and(enclosed_area::crosses_itself),
+        area_sampling_error_mm2: tips
+            .as_deref()
+            .and_then(|t| enclosed_area::sampling_error(t, scene.actuation.load_steps_per_leg)),
+        mesh: mesh_answer(analysis, scaled_jacobian),
+        resolved: resolved(scene),
+        work: WorkAnswer {
+            path: analysis.work,
+            contact_steps: 0,
+        },
+        left_out: left_out(scene, analysis, laws),
+    }
+}
+
+fn state_answer(scene: &Scene, s: &Measured) -> StateAnswer {
+    StateAnswer {
+        leg: s.point.leg,
+        fraction: s.point.fraction,
+        pressure_kpa: s.point.pressure_kpa.clone(),
+        displacement_mm: scene
+            .probes
+            .iter()
+            .zip(&s.displacement)
+            .map(|(p, d)| (p.name.clone(), *d))
+            .collect(),
+        cavity_area_mm2: s.cavity_area.clone(),
+        max_stretch: s.max_stretch,
+        max_stretch_raw: s.max_stretch_raw,
+        min_gap_mm: s.min_gap,
+        negative_pivots: s.negative_pivots,
+        residual: s.residual,
+        min_jacobian: s.min_jacobian,
+    }
+}
+
+fn mesh_answer(analysis: &Analysis, scaled_jacobian: Option<f64>) -> MeshAnswer {
+    let mesh = &analysis.system.body.mesh;
+    let kinds: Vec<&str> = mesh
+        .blocks
+        .iter()
+        .map(|b| match b.kind {
+            ElementKind::Quad4 => "quad4",
+            ElementKind::Quad9 => "quad9",
+            ElementKind::Tri7 => "tri7",
+        })
+        .collect();
+    MeshAnswer {
+        element: kinds.join("+"),
+        elements: mesh.blocks.iter().map(crate::mesh::ElementBlock::len).sum(),
+        dofs: analysis.system.dofs.free(),
+        max_size_mm: crate::mesh::quality::longest_edge(mesh),
+        scaled_jacobian,
+    }
+}
+
+fn left_out(scene: &Scene, analysis: &Analysis, laws: &[MaterialLaw]) -> Vec<LeftOut> {
+    let mut out = Vec::new();
+    let mut add = |what: &str, why: String| {
+        out.push(LeftOut {
+            what: what.to_owned(),
+            why,
+        });
+    };
+    let gap = analysis
+        .states
+        .iter()
+        .filter_map(|s| s.min_gap)
+        .fold(f64::INFINITY, f64::min);
+    match scene.contact {
+        ContactMode::Off => add("self-contact", "the scene says off".to_owned()),
+        ContactMode::Auto if gap.is_finite() => {
+            add(
+                "self-contact",
+                format!("not available yet; least gap {gap:.3} mm"),
+            );
+        }
+        ContactMode::Auto => add(
+            "self-contact",
+            "not available yet; no walls face each other".to_owned(),
+        ),
+    }
+    for channel in 0..scene.actuation.channels() {
+        if scene
+            .actuation
+            .rows_kpa
+            .iter()
+            .all(|row| row[channel] == 0.0)
+        {
+            add(
+                &format!("load of channel {channel}"),
+                "it stays at zero".to_owned(),
+            );
+        }
+    }
+    if laws.windows(2).all(|w| w[0] == w[1]) && laws.len() > 1 {
+        add(
+            "materials by unit",
+            "all units have the same law".to_owned(),
+        );
+    }
+    if scene.objective.is_none() {
+        add("objective", "the scene names none".to_owned());
+    }
+    out
+}
