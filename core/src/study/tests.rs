@@ -2,6 +2,7 @@
 
 mod documents;
 mod machine;
+mod replan;
 mod starts;
 
 use serde_json::Value;

@@ -1,0 +1,141 @@
+//! The restart machine with a mesh plan: a stand-in for the finite-element model that grows the chambers.
+
+use super::*;
+use crate::optimiser::AskKind;
+
+/// Twice the area of both chambers (shoelace) and its gradient over the corners.
+fn twice_area(corners: &[f64]) -> (f64, Vec<f64>) {
+    let mut gradient = vec![0.0; corners.len()];
+    let mut area = 0.0;
+    for chamber in 0..2 {
+        for k in 0..4 {
+            let (i, j) = (8 * chamber + 2 * k, 8 * chamber + 2 * ((k + 1) % 4));
+            area += corners[i] * corners[j + 1] - corners[j] * corners[i + 1];
+            gradient[i] += corners[j + 1];
+            gradient[j + 1] += corners[i];
+            gradient[j] -= corners[i + 1];
+            gradient[i + 1] -= corners[j];
+        }
+    }
+    (area, gradient)
+}
+
+/// Large chambers are good; a stretch row limits their area to 1000 mm^2; the plan shifts the objective a little.
+fn answer(study: &Study, request: &EvaluationRequest) -> Outcome {
+    let (mut values, mut rows) = study.geometry_rows(0, &request.x).expect("rows");
+    let (area, gradient) = twice_area(&study.corners(0, &request.x).expect("corners"));
+    let base = request.plan_base.as_ref().expect("a plan base");
+    let plan = study.mesh_plan(0, base).expect("chambers").expect("a plan");
+    values.push(area / 2000.0 - 1.0);
+    rows.push(gradient.iter().map(|g| g / 2000.0).collect());
+    let mut outcome = Outcome::without_values(OutcomeStatus::Ok);
+    outcome.objective = Some(-area * (1.0 + 1e-6 * plan.elements() as f64));
+    outcome.constraints = values;
+    if request.want_gradient {
+        let slope = -(1.0 + 1e-6 * plan.elements() as f64);
+        outcome.gradient = Some(gradient.iter().map(|g| slope * g).collect());
+        outcome.constraint_gradients = Some(rows);
+    }
+    outcome
+}
+
+fn bending() -> Study {
+    study(&with(
+        &example("asymmetric-bending"),
+        &["step[0].optimiser.max_iterations=40"],
+    ))
+}
+
+/// Runs the first restart; `fail` says which request of the history fails.
+fn run(
+    study: &Study,
+    fail: impl Fn(&EvaluationRequest) -> bool,
+    store: bool,
+) -> (RestartState, Vec<EvaluationRequest>) {
+    let spec = &study.restarts(0).expect("restarts")[0];
+    let (mut state, mut asks) = begin(study, spec).expect("begins");
+    let mut history = Vec::new();
+    while !asks.is_empty() {
+        if store {
+            let text = serde_json::to_string(&state).expect("serialises");
+            state = serde_json::from_str(&text).expect("reads back");
+        }
+        let told = |request: &EvaluationRequest| {
+            if fail(request) {
+                let reason = "folds".into();
+                Outcome::without_values(OutcomeStatus::InfeasibleGeometry { reason })
+            } else {
+                answer(study, request)
+            }
+        };
+        let outcomes: Vec<_> = asks.iter().map(told).collect();
+        history.extend(asks);
+        let next = step(study, &state, &outcomes).expect("goes on");
+        (state, asks) = (next.state, next.asks);
+        assert!(history.len() < 5000);
+    }
+    (state, history)
+}
+
+#[test]
+fn rows_are_spikes_walls_and_stretch() {
+    let study = bending();
+    assert_eq!(study.constraint_count(0), Ok(8 + 24 + 1));
+    let off = super::study(&example("paper-hierarchical"));
+    assert_eq!(off.constraint_count(0), Ok(8 + 24));
+    let start = study.restarts(0).expect("restarts")[0].x0.clone();
+    let (values, gradients) = study.geometry_rows(0, &start).expect("rows");
+    assert!(values.iter().all(|v| *v <= 0.0));
+    assert!(gradients.iter().all(|row| row.len() == 16));
+    let sharper = super::study(&with(
+        &example("asymmetric-bending"),
+        &["step[0].constraints.spike_deg=30"],
+    ));
+    let (sharp, _) = sharper.geometry_rows(0, &start).expect("rows");
+    assert!(
+        (sharp[0] + 30_f64.to_radians().cos()).abs() < 1e-12,
+        "a right angle"
+    );
+    assert_eq!(sharp[8..], values[8..]);
+}
+
+#[test]
+fn the_plan_follows_the_iterate_between_iterations_only() {
+    let study = bending();
+    let (state, history) = run(&study, |_| false, false);
+    assert!(state.replans > 0 && state.best.is_some());
+    let replans: Vec<_> = history
+        .iter()
+        .filter(|r| r.kind == AskKind::Replan)
+        .collect();
+    assert_eq!(replans.len(), state.replans);
+    assert!(replans.iter().all(|r| r.plan_base.as_ref() == Some(&r.x)));
+    for pair in history.windows(2) {
+        assert!(
+            pair[0].plan_base == pair[1].plan_base || pair[1].kind == AskKind::Replan,
+            "a plan changes with a replan alone"
+        );
+    }
+    let best = state.best.expect("a design");
+    assert!((best.objective + 2000.0).abs() < 40.0, "{}", best.objective);
+}
+
+#[test]
+fn a_replanned_restart_is_restored_bit_by_bit() {
+    let study = bending();
+    assert_eq!(run(&study, |_| false, true), run(&study, |_| false, false));
+}
+
+#[test]
+fn a_failed_replan_goes_on_with_the_plan_that_it_had() {
+    let study = bending();
+    let (state, history) = run(&study, |r| r.kind == AskKind::Replan, false);
+    let start = &history[0].x;
+    for request in &history {
+        let own = request.kind == AskKind::Replan;
+        assert_eq!(own, request.plan_base.as_ref() != Some(start));
+    }
+    assert!(state.replans > 0);
+    let best = state.best.expect("a design");
+    assert!((best.objective + 2000.0).abs() < 40.0, "{}", best.objective);
+}
