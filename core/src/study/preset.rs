@@ -113,6 +113,7 @@ fn paper() -> Value {
             "optimiser": {
                 "method": "mmfd",
                 "gradient": "differences",
+                "curvature": "never",
                 "difference_step": 1e-3,
                 "relative_tolerance": 1e-3,
                 "consecutive": 2,
