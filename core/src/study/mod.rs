@@ -11,6 +11,7 @@ mod read_optimiser;
 mod read_step;
 pub mod restart;
 pub mod result;
+mod schema;
 pub mod spec;
 mod start;
 #[cfg(test)]
@@ -26,5 +27,6 @@ pub use restart::{BestPoint, RestartState, RestartStep, RestartStop, StudyStop, 
 pub use result::{
     EvaluationReport, EvaluationRequest, Outcome, OutcomeStatus, OverlapReport, StateReport,
 };
+pub use schema::{SCHEMA, schema};
 pub use spec::Study;
 pub use start::RestartSpec;

@@ -3,6 +3,7 @@
 mod documents;
 mod machine;
 mod replan;
+mod schema;
 mod starts;
 
 use serde_json::Value;
