@@ -421,3 +421,6 @@ impl<'a> Builder<'a> {
         (discretisation, self.sources)
     }
 }
+
+#[cfg(test)]
+mod tests;

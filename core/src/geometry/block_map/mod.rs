@@ -235,14 +235,20 @@ impl BlockMap {
         None
     }
 
-    /// Brings the determinants above zero with a regularised energy whose eps follows the worst of them.
+    /// Brings the determinants above zero with a regularised energy. Its eps follows the worst determinant, and once
+    /// nothing is folded shrinks until the barrier of eps = 0 is no longer felt as a wall.
     fn untangle(&mut self) {
+        let mut eps = 0.0_f64;
         for _ in 0..MAX_STEPS {
             let worst = self.least_determinant();
-            if worst > 0.0 {
+            if worst > eps {
                 return;
             }
-            let eps = (1e-6 + 0.04 * worst * worst).sqrt();
+            eps = if worst > 0.0 {
+                0.5 * eps
+            } else {
+                (1e-6 + 0.04 * worst * worst).sqrt()
+            };
             if self.step(eps, false).is_none() {
                 return;
             }
