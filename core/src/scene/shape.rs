@@ -1,6 +1,7 @@
 //! Whether chamber polygons are sound: simple, counter-clockwise, inside the unit, apart from each other.
 
 use crate::geometry::Point;
+use crate::geometry::polygon::{PointSegment, contains, distance, edges, signed_area};
 
 /// Two boundaries nearer than this (mm) touch.
 const TOUCH_MM: f64 = 1e-9;
@@ -33,13 +34,13 @@ pub fn meet(a: &[Point], b: &[Point]) -> bool {
     if boxes_apart(a, b) {
         return false;
     }
-    edges(a).any(|p| edges(b).any(|q| touch(p, q))) || inside(a, b[0]) || inside(b, a[0])
+    edges(a).any(|p| edges(b).any(|q| touch(p, q))) || contains(a, b[0]) || contains(b, a[0])
 }
 
 /// Whether a point lies strictly inside a simple polygon (on the boundary is outside).
 pub fn strictly_inside(polygon: &[Point], point: Point) -> bool {
-    inside(polygon, point)
-        && edges(polygon).all(|[p, q]| distance_to_segment(point, p, q) > TOUCH_MM)
+    contains(polygon, point)
+        && edges(polygon).all(|(p, q)| distance_to_segment(point, p, q) > TOUCH_MM)
 }
 
 fn simple(polygon: &[Point]) -> Result<(), String> {
@@ -71,17 +72,6 @@ fn simple(polygon: &[Point]) -> Result<(), String> {
     Ok(())
 }
 
-fn signed_area(polygon: &[Point]) -> f64 {
-    edges(polygon)
-        .map(|[p, q]| p[0] * q[1] - q[0] * p[1])
-        .sum::<f64>()
-        / 2.0
-}
-
-fn edges(polygon: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
-    (0..polygon.len()).map(|i| [polygon[i], polygon[(i + 1) % polygon.len()]])
-}
-
 fn boxes_apart(a: &[Point], b: &[Point]) -> bool {
     let range = |polygon: &[Point], c: usize| {
         polygon
@@ -96,25 +86,11 @@ fn boxes_apart(a: &[Point], b: &[Point]) -> bool {
     })
 }
 
-fn distance(p: Point, q: Point) -> f64 {
-    (p[0] - q[0]).hypot(p[1] - q[1])
-}
-
 fn distance_to_segment(point: Point, p: Point, q: Point) -> f64 {
-    let (d, e) = (
-        [q[0] - p[0], q[1] - p[1]],
-        [point[0] - p[0], point[1] - p[1]],
-    );
-    let length2 = d[0] * d[0] + d[1] * d[1];
-    let t = if length2 > 0.0 {
-        ((d[0] * e[0] + d[1] * e[1]) / length2).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    (e[0] - t * d[0]).hypot(e[1] - t * d[1])
+    PointSegment::new(point, p, q).distance
 }
 
-fn touch([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
+fn touch((a, b): (Point, Point), (c, d): (Point, Point)) -> bool {
     let side = |p: Point, q: Point, r: Point| {
         (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
     };
@@ -124,17 +100,6 @@ fn touch([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
         || distance_to_segment(b, c, d) <= TOUCH_MM
         || distance_to_segment(c, a, b) <= TOUCH_MM
         || distance_to_segment(d, a, b) <= TOUCH_MM
-}
-
-fn inside(polygon: &[Point], point: Point) -> bool {
-    let mut inside = false;
-    for [p, q] in edges(polygon) {
-        if (p[1] > point[1]) != (q[1] > point[1]) {
-            let x = p[0] + (point[1] - p[1]) / (q[1] - p[1]) * (q[0] - p[0]);
-            inside ^= point[0] < x;
-        }
-    }
-    inside
 }
 
 #[cfg(test)]

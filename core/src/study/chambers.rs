@@ -6,6 +6,9 @@ use crate::geometry::validity::{SPIKE_ANGLE_DEG, Validity};
 use crate::geometry::{MeshPlan, PlanElement};
 use crate::scene::ElementChoice;
 
+/// A plan serves designs whose corners are within this fraction of the unit's smaller side (2 mm of 80) of its base.
+const PLAN_REACH: f64 = 0.025;
+
 /// Constraint values and their derivatives d/dx, one row each.
 pub type GeometryRows = (Vec<f64>, Vec<Vec<f64>>);
 
@@ -47,18 +50,36 @@ impl Study {
         Ok(MeshPlan::choose(&actuator, element, model.max_size_mm).ok())
     }
 
-    /// Whether the plan of base `a` may stay in use for the iterate `b`: both have the same element counts, or `b` has no
-    /// plan of its own.
-    pub(super) fn same_mesh_plan(
+    /// Whether the plan of the base may stay in use for an iterate: it gives the same element counts, or no corner has
+    /// moved far from the base, or the iterate has no plan of its own. Without the second clause nearly every iteration
+    /// would change the plan (counts change about every 3 % of the way through the boxes), and no run would ever settle.
+    pub(super) fn plan_serves(
         &self,
         step: usize,
-        a: &[f64],
-        b: &[f64],
+        plan_base: &[f64],
+        iterate: &[f64],
     ) -> Result<bool, StudyError> {
-        Ok(match (self.mesh_plan(step, a)?, self.mesh_plan(step, b)?) {
-            (Some(a), Some(b)) => a.same_counts(&b),
-            (_, None) => true,
-            (None, Some(_)) => false,
-        })
+        let (body, _, _) = self.chambers(step)?;
+        let [w, h] = body.actuator.unit_mm;
+        let base = self.corners(step, plan_base)?;
+        let moved = self
+            .corners(step, iterate)?
+            .iter()
+            .zip(&base)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        if moved <= PLAN_REACH * w.min(h) {
+            return Ok(true);
+        }
+        Ok(
+            match (
+                self.mesh_plan(step, plan_base)?,
+                self.mesh_plan(step, iterate)?,
+            ) {
+                (Some(a), Some(b)) => a.same_counts(&b),
+                (_, None) => true,
+                (None, Some(_)) => false,
+            },
+        )
     }
 }

@@ -8,6 +8,7 @@ use super::spec::{
 };
 use crate::document::{Node, Object};
 use crate::geometry::Point;
+use crate::optimiser::OptimiserOptions;
 use crate::scene::validate::{
     DEFAULT_TOLERANCE, read_contact, read_element, read_max_size, read_tolerance,
 };
@@ -100,7 +101,7 @@ pub fn read_step(
     let restarts = read_restarts(&step, optimiser.as_ref(), chambers, bounds.as_ref());
     let ends = read_budget_takes_keeps(&step);
     let (budget, keeps) = ends?;
-    Some(StudyStep {
+    let read = StudyStep {
         id: id?.to_string(),
         level: level?,
         target: target?,
@@ -111,7 +112,28 @@ pub fn read_step(
         restarts: restarts?,
         budget,
         keeps,
-    })
+    };
+    check_budget(&step, &read)?;
+    Some(read)
+}
+
+/// A budget that does not reach for one evaluation a restart, or for all points of a sweep, is a mistake.
+fn check_budget(step: &Object<'_>, read: &StudyStep) -> Option<()> {
+    let least = read.restart_count()
+        * match &read.optimiser {
+            OptimiserOptions::Sweep(options) => options.points.len(),
+            OptimiserOptions::Mmfd(_) => 1,
+        };
+    let Some(evaluations) = read.budget.evaluations.filter(|e| *e < least) else {
+        return Some(());
+    };
+    step.fault(
+        "budget.evaluations",
+        format!(
+            "{evaluations} evaluations are fewer than the {least} that the step needs at least"
+        ),
+    );
+    None
 }
 
 fn read_budget_takes_keeps(step: &Object<'_>) -> Option<(Budget, usize)> {

@@ -8,9 +8,9 @@
 //! requests; who evaluated them, and when, has no influence.
 //!
 //! *Mesh plan.* The element counts of all evaluations come from one design, the plan base. After each iteration of the
-//! optimiser the iterate's own plan is looked at; where its counts differ the iterate becomes the base and is evaluated
-//! again (kind `Replan`), and the optimiser restarts its memories. Should that evaluation fail, the run goes on with the
-//! plan that it had.
+//! optimiser the iterate's own plan is looked at; where its counts differ and the iterate is some way from the base, or
+//! where the plan could not follow a trial, the iterate becomes the base and is evaluated again (kind `Replan`), and the
+//! optimiser restarts its memories. Should that evaluation fail, the run goes on with the plan that it had.
 
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +45,8 @@ pub struct RestartState {
     pub stop: Option<RestartStop>,
     /// Hash of the history so far.
     pub history_sha256: String,
+    /// Whether the present plan failed to follow a design since the last look at it.
+    plan_failed: bool,
     /// The run and the plan base before the change of plan that is being evaluated.
     before_replan: Option<Box<BeforeReplan>>,
 }
@@ -134,6 +136,7 @@ pub fn begin(
         best_with_overlap: None,
         stop: None,
         history_sha256: empty_history(),
+        plan_failed: false,
         before_replan: None,
     };
     state.pending = state.requests(study, asks)?;
@@ -181,6 +184,7 @@ impl RestartState {
                 &HistoryEntry::new(self.spec.index, &request, &outcome),
             );
             told.push(outcome.told());
+            self.plan_failed |= matches!(outcome.status, OutcomeStatus::InfeasibleGeometry { .. });
             let violation = problem.violation(&outcome.constraints);
             if let Some(objective) = outcome.objective
                 && violation <= tolerance
@@ -211,6 +215,7 @@ impl RestartState {
             Some(before) if failed => {
                 self.optimiser = before.optimiser;
                 self.plan_base = before.plan_base;
+                self.plan_failed = false;
                 self.optimiser.asks()
             }
             was_replanned => {
@@ -239,15 +244,21 @@ impl RestartState {
         Ok(())
     }
 
-    /// Between two iterations: makes the iterate the plan's base if its own plan has other element counts.
+    /// Between two iterations: makes the iterate the plan's base if the present plan no longer serves.
     fn replan(&mut self, study: &Study) -> Result<Option<Vec<Ask>>, StudyError> {
         if !self.optimiser.at_iteration_boundary() {
             return Ok(None);
         }
+        let failed = std::mem::take(&mut self.plan_failed);
         let (Some(base), Some(iterate)) = (&self.plan_base, self.optimiser.iterate()) else {
             return Ok(None);
         };
-        if study.same_mesh_plan(self.spec.step, base, &iterate.x)? {
+        let serves = if failed {
+            *base == iterate.x
+        } else {
+            study.plan_serves(self.spec.step, base, &iterate.x)?
+        };
+        if serves {
             return Ok(None);
         }
         let iterate = iterate.x.clone();

@@ -316,6 +316,7 @@ fn each_kind_of_fault_is_noted_at_its_path() {
             "step[0].restarts.count",
         ),
         ("step[0].budget.evaluations=0", "step[0].budget.evaluations"),
+        ("step[0].budget.evaluations=7", "step[0].budget.evaluations"),
         ("step[0].budget.seconds=1", "step[0].budget.seconds"),
         ("step[0].takes=[\"other\"]", "step[0].takes"),
         ("step[0].keeps=0", "step[0].keeps"),

@@ -46,10 +46,10 @@ fn bending() -> Study {
     ))
 }
 
-/// Runs the first restart; `fail` says which request of the history fails.
+/// Runs the first restart; `fail` says which request of the history fails, by its number and itself.
 fn run(
     study: &Study,
-    fail: impl Fn(&EvaluationRequest) -> bool,
+    fail: impl Fn(usize, &EvaluationRequest) -> bool,
     store: bool,
 ) -> (RestartState, Vec<EvaluationRequest>) {
     let spec = &study.restarts(0).expect("restarts")[0];
@@ -60,16 +60,16 @@ fn run(
             let text = serde_json::to_string(&state).expect("serialises");
             state = serde_json::from_str(&text).expect("reads back");
         }
-        let told = |request: &EvaluationRequest| {
-            if fail(request) {
+        let mut outcomes = Vec::new();
+        for request in &asks {
+            outcomes.push(if fail(history.len(), request) {
                 let reason = "folds".into();
                 Outcome::without_values(OutcomeStatus::InfeasibleGeometry { reason })
             } else {
                 answer(study, request)
-            }
-        };
-        let outcomes: Vec<_> = asks.iter().map(told).collect();
-        history.extend(asks);
+            });
+            history.push(request.clone());
+        }
         let next = step(study, &state, &outcomes).expect("goes on");
         (state, asks) = (next.state, next.asks);
         assert!(history.len() < 5000);
@@ -102,7 +102,7 @@ fn rows_are_spikes_walls_and_stretch() {
 #[test]
 fn the_plan_follows_the_iterate_between_iterations_only() {
     let study = bending();
-    let (state, history) = run(&study, |_| false, false);
+    let (state, history) = run(&study, |_, _| false, false);
     assert!(state.replans > 0 && state.best.is_some());
     let replans: Vec<_> = history
         .iter()
@@ -123,13 +123,16 @@ fn the_plan_follows_the_iterate_between_iterations_only() {
 #[test]
 fn a_replanned_restart_is_restored_bit_by_bit() {
     let study = bending();
-    assert_eq!(run(&study, |_| false, true), run(&study, |_| false, false));
+    assert_eq!(
+        run(&study, |_, _| false, true),
+        run(&study, |_, _| false, false)
+    );
 }
 
 #[test]
 fn a_failed_replan_goes_on_with_the_plan_that_it_had() {
     let study = bending();
-    let (state, history) = run(&study, |r| r.kind == AskKind::Replan, false);
+    let (state, history) = run(&study, |_, r| r.kind == AskKind::Replan, false);
     let start = &history[0].x;
     for request in &history {
         let own = request.kind == AskKind::Replan;
@@ -138,4 +141,39 @@ fn a_failed_replan_goes_on_with_the_plan_that_it_had() {
     assert!(state.replans > 0);
     let best = state.best.expect("a design");
     assert!((best.objective + 2000.0).abs() < 40.0, "{}", best.objective);
+}
+
+#[test]
+fn a_plan_that_cannot_follow_a_trial_is_changed_at_the_next_iteration() {
+    let study = bending();
+    let (_, plain) = run(&study, |_, _| false, false);
+    let trial = plain
+        .iter()
+        .rposition(|r| r.kind == AskKind::Trial)
+        .expect("a trial");
+    let (state, history) = run(&study, |k, _| k == trial, false);
+    let iteration = history[trial].iteration;
+    let before = history[..trial]
+        .iter()
+        .filter(|r| r.kind == AskKind::Replan)
+        .count();
+    assert!(state.replans >= before);
+    let next = history.iter().find(|r| r.iteration > iteration);
+    assert!(next.is_none_or(|r| r.kind == AskKind::Replan), "{next:?}");
+}
+
+#[test]
+fn a_run_that_settles_keeps_its_plan() {
+    let study = bending();
+    let (state, history) = run(&study, |_, _| false, false);
+    let last = history
+        .iter()
+        .map(|r| r.iteration)
+        .max()
+        .expect("iterations");
+    assert!(state.replans <= last / 2 + 1, "{} of {last}", state.replans);
+    assert_eq!(
+        history.last().map(|r| r.kind == AskKind::Replan),
+        Some(false)
+    );
 }
