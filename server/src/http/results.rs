@@ -1,0 +1,224 @@
+//! Results: restarts, curve, ledger, candidates.
+
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::response::{IntoResponse, Response};
+use salp_protocol::{
+    Axis, Candidate, Curve, EvaluationRow, LedgerPage, RestartState, RestartView, StudyId,
+};
+use serde::Deserialize;
+
+use super::Shared;
+use super::answer::{Parameters, Refusal, cell, csv};
+use super::studies::{best_point, find};
+use crate::curve::curve as curve_of;
+
+/// JSON or CSV.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Format {
+    /// JSON.
+    #[default]
+    Json,
+    /// Comma-separated, with a header line.
+    Csv,
+}
+
+/// Every restart with its best point and the hash of its history.
+pub async fn restarts(
+    State(coordinator): Shared,
+    Path(id): Path<String>,
+) -> Result<Json<Vec<RestartView>>, Refusal> {
+    let study = find(&coordinator, id).await?;
+    let bests = coordinator.store.bests(&study.id).await?;
+    let mut views = Vec::new();
+    for stored in coordinator.store.restarts(&study.id).await? {
+        let best = bests
+            .iter()
+            .find(|best| (best.step, best.restart) == (stored.step, stored.index));
+        views.push(RestartView {
+            step: stored.step,
+            index: stored.index,
+            state: if stored.done {
+                RestartState::Done
+            } else {
+                RestartState::Running
+            },
+            version: stored.version,
+            evaluations: stored.summary["evaluations"].as_u64().unwrap_or(0),
+            best: best.map(best_point),
+            history_sha256: stored.summary["history_sha256"]
+                .as_str()
+                .unwrap_or_default()
+                .to_owned(),
+            summary: stored.summary,
+        });
+    }
+    Ok(Json(views))
+}
+
+/// Parameters of a curve.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CurveParameters {
+    axis: Option<Axis>,
+    #[serde(default)]
+    format: Format,
+}
+
+/// Run time against best objective.
+pub async fn curve(
+    State(coordinator): Shared,
+    Path(id): Path<String>,
+    Parameters(parameters): Parameters<CurveParameters>,
+) -> Result<Response, Refusal> {
+    let study = find(&coordinator, id).await?;
+    let points = coordinator.store.points(&study.id).await?;
+    let axis = parameters.axis.unwrap_or(Axis::Cpu);
+    let curve = curve_of(axis, study.started_ms, &points);
+    Ok(match parameters.format {
+        Format::Json => Json(curve).into_response(),
+        Format::Csv => csv(curve_csv(&curve)),
+    })
+}
+
+fn curve_csv(curve: &Curve) -> String {
+    let mut text = String::from(
+        "step,restart,t_s,evaluations,objective,best,max_violation,feasible,overlap\n",
+    );
+    for restart in &curve.restarts {
+        for point in &restart.points {
+            text += &format!(
+                "{},{},{},{},{},{},{},{},{}\n",
+                restart.step,
+                restart.index,
+                point.t_s,
+                point.evaluations,
+                cell(point.objective),
+                cell(point.best),
+                cell(point.max_violation),
+                point.feasible,
+                point.overlap
+            );
+        }
+    }
+    text
+}
+
+/// Parameters of the ledger.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LedgerParameters {
+    cursor: Option<i64>,
+    limit: Option<i64>,
+    #[serde(default)]
+    outcome: bool,
+    #[serde(default)]
+    format: Format,
+}
+
+/// Every evaluation with its worker, attempt, fence and cost.
+pub async fn evaluations(
+    State(coordinator): Shared,
+    Path(id): Path<String>,
+    Parameters(parameters): Parameters<LedgerParameters>,
+) -> Result<Response, Refusal> {
+    let study = find(&coordinator, id).await?;
+    let after = parameters.cursor.unwrap_or(0);
+    if parameters.format == Format::Csv {
+        let limit = parameters.limit.unwrap_or(i64::MAX).max(1);
+        let rows = coordinator
+            .store
+            .ledger(&study.id, after, limit, false)
+            .await?;
+        return Ok(csv(ledger_csv(&rows)));
+    }
+    let limit = parameters.limit.unwrap_or(1000).clamp(1, 10_000);
+    let evaluations = coordinator
+        .store
+        .ledger(&study.id, after, limit, parameters.outcome)
+        .await?;
+    let next = (evaluations.len() as i64 == limit)
+        .then(|| evaluations.last().map(|row| row.evaluation.to_string()))
+        .flatten();
+    Ok(Json(LedgerPage { evaluations, next }).into_response())
+}
+
+fn ledger_csv(rows: &[EvaluationRow]) -> String {
+    let mut text = String::from(
+        "evaluation,step,restart,batch,batch_index,kind,iteration,status,objective,max_violation,feasible,overlap,\
+         cached_from,wall_s,cpu_s,worker,attempt,fence,created_ms,finished_ms,x\n",
+    );
+    for row in rows {
+        let x: Vec<String> = row.x.iter().map(f64::to_string).collect();
+        text += &format!(
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+            row.evaluation,
+            row.step,
+            row.restart,
+            row.batch,
+            row.batch_index,
+            row.kind,
+            row.iteration,
+            row.status,
+            cell(row.objective),
+            cell(row.max_violation),
+            row.feasible,
+            row.overlap,
+            cell(row.cached_from.as_ref()),
+            cell(row.wall_s),
+            cell(row.cpu_s),
+            quoted(row.worker.as_ref().map_or("", |worker| &worker.0)),
+            row.attempt,
+            row.fence,
+            row.created_ms,
+            cell(row.finished_ms),
+            x.join(" ")
+        );
+    }
+    text
+}
+
+/// A text cell; a worker names itself, so its id may hold anything.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+/// The best points of the restarts, best first; equal designs once.
+pub async fn candidates(
+    State(coordinator): Shared,
+    Path(id): Path<String>,
+) -> Result<Json<Vec<Candidate>>, Refusal> {
+    let id: StudyId = find(&coordinator, id).await?.id;
+    let mut candidates: Vec<Candidate> = Vec::new();
+    for best in coordinator.store.bests(&id).await? {
+        let Some(objective) = best.outcome.objective else {
+            continue;
+        };
+        if candidates
+            .iter()
+            .any(|other| other.step == best.step && other.x == best.request.x)
+        {
+            continue;
+        }
+        candidates.push(Candidate {
+            step: best.step,
+            restart: best.restart,
+            evaluation: best.evaluation,
+            x: best.request.x,
+            objective,
+            constraints: best.outcome.constraints,
+            max_violation: best.max_violation,
+        });
+    }
+    candidates.sort_by(|a, b| {
+        (a.step.cmp(&b.step))
+            .then(a.objective.total_cmp(&b.objective))
+            .then(a.restart.cmp(&b.restart))
+    });
+    Ok(Json(candidates))
+}

@@ -1,0 +1,229 @@
+//! What the coordinator asks of a study. The state of a restart is opaque JSON to everything outside this file.
+
+use salp_core::fault::Faults;
+use salp_core::study::{
+    self, EvaluationRequest, Outcome, OutcomeStatus, RestartState, Study, StudyError,
+};
+use serde_json::{Value, json};
+
+/// A study whose restarts can be begun and stepped: pure functions of their arguments.
+pub struct StudyMachine {
+    study: Study,
+}
+
+/// A restart after its beginning or after a step.
+#[derive(Clone, Debug)]
+pub struct Advance {
+    /// State to store.
+    pub state: Value,
+    /// The next batch; empty where the restart is done.
+    pub asks: Vec<EvaluationRequest>,
+    /// Whether the optimiser stopped.
+    pub done: bool,
+    /// What the optimiser says of itself, for people and for reports.
+    pub summary: Value,
+}
+
+/// Whether a point counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// Largest violation of a constraint, 0 when none; `None` without values.
+    pub max_violation: Option<f64>,
+    /// Within the optimiser's violation tolerance.
+    pub feasible: bool,
+    /// Walls cross somewhere on the path.
+    pub overlap: bool,
+    /// May be a best point: feasible, free of overlap, on a stable branch.
+    pub counts: bool,
+}
+
+/// An optimiser that broke: the study fails with this text.
+#[derive(Debug, thiserror::Error)]
+#[error("step {step}, restart {restart}: failed to {reason}")]
+pub struct MachineError {
+    /// Index of the step.
+    pub step: usize,
+    /// Index of the restart.
+    pub restart: usize,
+    /// What failed.
+    pub reason: String,
+}
+
+impl StudyMachine {
+    /// Reads and checks a document. `allow_commands`: its models may be programs.
+    ///
+    /// # Errors
+    /// Every fault of the document, each with its path.
+    pub fn read(document: &Value, allow_commands: bool) -> Result<Self, Faults> {
+        study::read_study(document, allow_commands).map(|study| Self { study })
+    }
+
+    /// The study.
+    pub fn study(&self) -> &Study {
+        &self.study
+    }
+
+    /// Ids of the steps, in order.
+    pub fn steps(&self) -> Vec<String> {
+        let steps = self.study.steps.iter();
+        steps.map(|step| step.id.clone()).collect()
+    }
+
+    /// Whether the evaluations of a step start programs.
+    pub fn starts_programs(&self, step: usize) -> bool {
+        let step = self.study.steps.get(step);
+        step.is_some_and(|step| matches!(step.model, study::spec::Model::Command(_)))
+    }
+
+    /// The restarts of a step, each with its first batch.
+    pub fn begin(&self, step: usize) -> Result<Vec<Advance>, MachineError> {
+        let broke = |restart, reason: StudyError| MachineError {
+            step,
+            restart,
+            reason: reason.to_string(),
+        };
+        let specs = self.study.restarts(step).map_err(|e| broke(0, e))?;
+        specs
+            .iter()
+            .map(|spec| {
+                let (state, asks) =
+                    study::begin(&self.study, spec).map_err(|e| broke(spec.index, e))?;
+                self.stored(&state, asks, false)
+            })
+            .collect()
+    }
+
+    /// One step of a restart: `outcomes` are the answers to its last batch, in the batch's order.
+    pub fn advance(
+        &self,
+        step: usize,
+        restart: usize,
+        state: Value,
+        outcomes: &[Outcome],
+    ) -> Result<Advance, MachineError> {
+        let broke = |reason: String| MachineError {
+            step,
+            restart,
+            reason,
+        };
+        let state: RestartState = serde_json::from_value(state)
+            .map_err(|e| broke(format!("read its own state back: {e}")))?;
+        let next = study::step(&self.study, &state, outcomes).map_err(|e| broke(e.to_string()))?;
+        self.stored(&next.state, next.asks, next.done.is_some())
+    }
+
+    fn stored(
+        &self,
+        state: &RestartState,
+        asks: Vec<EvaluationRequest>,
+        done: bool,
+    ) -> Result<Advance, MachineError> {
+        let (step, restart) = (state.spec.step, state.spec.index);
+        let broke = |reason: String| MachineError {
+            step,
+            restart,
+            reason,
+        };
+        // An optimiser that neither asks nor stops would hang its study.
+        if done != asks.is_empty() {
+            return Err(broke(format!(
+                "go on: it has {} and asks for {} points",
+                if done { "stopped" } else { "not stopped" },
+                asks.len()
+            )));
+        }
+        let stored =
+            serde_json::to_value(state).map_err(|e| broke(format!("store its state: {e}")))?;
+        let last = state.final_point();
+        Ok(Advance {
+            state: stored,
+            asks,
+            done,
+            summary: json!({
+                "seed": state.spec.seed,
+                "start": state.spec.start_kind,
+                "orientation": state.spec.orientation,
+                "x0": state.spec.x0,
+                "stop": state.stop,
+                "evaluations": state.evaluations,
+                "analyses": state.optimiser.analyses(),
+                "gradients": state.optimiser.gradients(),
+                "iterations": state.optimiser.iteration(),
+                "replans": state.replans,
+                "multipliers": state.optimiser.multipliers(),
+                "x": last.map(|point| &point.x),
+                "objective": last.map(|point| point.objective),
+                "best": state.best,
+                "best_with_overlap": state.best_with_overlap,
+                "history_sha256": state.history_sha256,
+            }),
+        })
+    }
+
+    /// Hash of model, mesh plan, settings, design bits and what is wanted. Build and instruction set stand beside it in
+    /// the store.
+    pub fn key(&self, request: &EvaluationRequest) -> Result<String, MachineError> {
+        let broke = |e: StudyError| self.broke(request, &e);
+        request.key(&self.study, "").map_err(broke)
+    }
+
+    /// The outcome as it may be stored, and what is wrong with it as an answer to the request, if anything: a wrong
+    /// length, a missing or non-finite number.
+    pub fn checked(
+        &self,
+        request: &EvaluationRequest,
+        outcome: &Outcome,
+    ) -> Result<(Outcome, Option<String>), MachineError> {
+        let checked = self
+            .study
+            .checked(request, outcome)
+            .map_err(|e| self.broke(request, &e))?;
+        let nonsense = match &checked.status {
+            OutcomeStatus::InvalidResult { reason } => Some(reason.clone()),
+            _ => None,
+        };
+        Ok((checked, nonsense))
+    }
+
+    /// Whether a point counts.
+    pub fn verdict(
+        &self,
+        request: &EvaluationRequest,
+        outcome: &Outcome,
+    ) -> Result<Verdict, MachineError> {
+        if outcome.objective.is_none() {
+            return Ok(Verdict::WITHOUT_VALUES);
+        }
+        let broke = |e: StudyError| self.broke(request, &e);
+        let problem = self.study.problem(request.step).map_err(broke)?;
+        let step = self.study.step(request.step).map_err(broke)?;
+        let violation = problem.violation(&outcome.constraints);
+        let feasible = violation <= step.optimiser.violation_tolerance();
+        let overlap = outcome.walls_overlap();
+        Ok(Verdict {
+            max_violation: Some(violation),
+            feasible,
+            overlap,
+            counts: feasible && !overlap && !outcome.is_unstable(),
+        })
+    }
+
+    #[expect(clippy::unused_self, reason = "reads as a part of the methods that use it")]
+    fn broke(&self, request: &EvaluationRequest, error: &StudyError) -> MachineError {
+        MachineError {
+            step: request.step,
+            restart: 0,
+            reason: error.to_string(),
+        }
+    }
+}
+
+impl Verdict {
+    /// Of an outcome without values.
+    pub const WITHOUT_VALUES: Self = Self {
+        max_violation: None,
+        feasible: false,
+        overlap: false,
+        counts: false,
+    };
+}

@@ -1,0 +1,476 @@
+//! The contract with the database, in transactions of the domain: each method is one transaction, or one read of one
+//! snapshot. Nothing is held over a wait for the network or for an optimiser.
+
+use async_trait::async_trait;
+use salp_core::study::{EvaluationRequest, Outcome};
+use salp_protocol::{
+    Claim, ClaimRequest, Counts, EvaluationId, EvaluationRow, Event, StudyId, StudyState, WorkerId,
+    WorkerIdentity, WorkerView,
+};
+use serde_json::Value;
+
+use crate::machine::Verdict;
+
+/// Why a transaction failed.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The database said no: disk full, read-only, locked beyond the timeout.
+    #[error("the database failed while it was to {doing}: {source}")]
+    Database {
+        /// What was to be done.
+        doing: &'static str,
+        /// What it said.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A stored document cannot be read back.
+    #[error("stored {what} cannot be read: {source}")]
+    Corrupt {
+        /// Which.
+        what: &'static str,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// A stored word is none that this build knows.
+    #[error("stored {what} is \"{found}\", which this build does not know")]
+    UnknownWord {
+        /// Which column.
+        what: &'static str,
+        /// What it holds.
+        found: String,
+    },
+}
+
+/// Id of a restart in the store; not part of the API.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct RestartId(pub i64);
+
+/// A study to be stored with the restarts of its first step.
+#[derive(Clone, Debug)]
+pub struct NewStudy {
+    /// Id, chosen by the coordinator.
+    pub id: StudyId,
+    /// Name.
+    pub name: String,
+    /// Document as submitted.
+    pub document: Value,
+    /// Hash of the resolved document.
+    pub fingerprint: String,
+    /// Number of steps.
+    pub steps: usize,
+    /// Whether any worker may join.
+    pub mixed_hardware: bool,
+    /// Idempotency-Key.
+    pub idempotency_key: Option<String>,
+    /// Hash of the body.
+    pub body_sha256: String,
+    /// Restarts of the first step.
+    pub restarts: Vec<NewRestart>,
+}
+
+/// What became of a submission.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Submitted {
+    /// Stored.
+    Created,
+    /// The key was used for the same body before.
+    Repeated(StudyId),
+    /// The key was used for another body before.
+    KeyReused(StudyId),
+}
+
+/// A restart to be stored.
+#[derive(Clone, Debug)]
+pub struct NewRestart {
+    /// Index in the step.
+    pub index: usize,
+    /// Optimiser's state.
+    pub machine: Value,
+    /// What the optimiser says of itself.
+    pub summary: Value,
+    /// First batch; empty: the restart is done before it began.
+    pub asks: Vec<NewAsk>,
+}
+
+/// An evaluation to be queued, or completed at once where its result is known.
+#[derive(Clone, Debug)]
+pub struct NewAsk {
+    /// What is asked.
+    pub request: EvaluationRequest,
+    /// Key of the result.
+    pub key: String,
+    /// Whether it starts a program.
+    pub command: bool,
+    /// The known result.
+    pub known: Option<(KnownResult, Verdict)>,
+}
+
+/// A result that was paid for before.
+#[derive(Clone, Debug)]
+pub struct KnownResult {
+    /// Who paid.
+    pub evaluation: EvaluationId,
+    /// The outcome; its times are those of the payer.
+    pub outcome: Outcome,
+    /// Worker of the payer.
+    pub worker: Option<WorkerId>,
+}
+
+/// Answer to a claim.
+#[derive(Clone, Debug)]
+pub enum Claimed {
+    /// Work.
+    Work(Box<Claim>),
+    /// None.
+    Nothing,
+    /// None for this worker: the waiting work belongs to another build or instruction set.
+    Mismatch {
+        /// Build that the study is bound to.
+        build: String,
+        /// Instruction set that the study is bound to.
+        instruction_set: String,
+        /// The study.
+        study: StudyId,
+    },
+    /// None for this worker: the waiting work starts programs.
+    CommandsNotAllowed {
+        /// The study.
+        study: StudyId,
+    },
+    /// The worker was told to end.
+    Drain,
+}
+
+/// A claim, and what the query for it had to give up.
+#[derive(Clone, Debug)]
+pub struct ClaimAnswer {
+    /// The claim.
+    pub claimed: Claimed,
+    /// Restarts that got a `lost` result: perhaps their batch is complete now.
+    pub lost: Vec<RestartId>,
+}
+
+/// Whether a lease is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Held {
+    /// Held, and the study in this state.
+    Yes {
+        /// State of the study.
+        state: StudyState,
+        /// Whether the worker was told to end.
+        drain: bool,
+    },
+    /// Another claim holds it, or it is answered.
+    Stale,
+    /// No such evaluation.
+    Unknown,
+}
+
+/// An evaluation as the coordinator needs it to judge its outcome.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// Study.
+    pub study: StudyId,
+    /// What was asked.
+    pub request: EvaluationRequest,
+}
+
+/// A report that made sense.
+#[derive(Clone, Debug)]
+pub struct AcceptedReport {
+    /// The evaluation.
+    pub evaluation: EvaluationId,
+    /// Fence.
+    pub fence: i64,
+    /// Who reports.
+    pub worker: WorkerIdentity,
+    /// Outcome.
+    pub outcome: Outcome,
+    /// Whether the point counts.
+    pub verdict: Verdict,
+}
+
+/// What became of a report.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reported {
+    /// Stored.
+    Stored {
+        /// Status under which it was stored.
+        status: String,
+        /// Its restart, whose batch may be complete now.
+        restart: RestartId,
+    },
+    /// Stored before, by this very fence.
+    Repeated {
+        /// Status under which it was stored.
+        status: String,
+    },
+    /// Put back into the queue: a report of nonsense, with attempts left.
+    PutBack,
+    /// The fence is not the latest.
+    Stale,
+    /// No such evaluation.
+    Unknown,
+}
+
+/// A complete batch, ready for the optimiser.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    /// Restart.
+    pub restart: RestartId,
+    /// Study.
+    pub study: StudyId,
+    /// Index of the step.
+    pub step: usize,
+    /// Index of the restart in the step.
+    pub index: usize,
+    /// Version that was read.
+    pub version: i64,
+    /// Optimiser's state.
+    pub machine: Value,
+    /// Answers, in the batch's order.
+    pub outcomes: Vec<Outcome>,
+    /// Build and instruction set that the study is bound to.
+    pub bound_to: Option<(String, String)>,
+}
+
+/// A computed step.
+#[derive(Clone, Debug)]
+pub struct NewStep {
+    /// Restart.
+    pub restart: RestartId,
+    /// Version that was read.
+    pub version: i64,
+    /// Optimiser's new state.
+    pub machine: Value,
+    /// What the optimiser says of itself.
+    pub summary: Value,
+    /// Whether the optimiser stopped.
+    pub done: bool,
+    /// Next batch.
+    pub asks: Vec<NewAsk>,
+}
+
+/// What became of a computed step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Saved {
+    /// Saved.
+    Yes {
+        /// Whether every restart of the study's step is done now.
+        step_ended: bool,
+    },
+    /// Another one was faster, or the study ended; this one is discarded.
+    Discarded,
+}
+
+/// A command of a user.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// End it.
+    Cancel,
+    /// Hand out nothing.
+    Pause,
+    /// Hand out again.
+    Resume,
+}
+
+/// What became of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Commanded {
+    /// The state now.
+    Now(StudyState),
+    /// The state does not allow it.
+    Refused(StudyState),
+    /// No such study.
+    Unknown,
+}
+
+/// A study as stored.
+#[derive(Clone, Debug)]
+pub struct StoredStudy {
+    /// Order of submission.
+    pub number: i64,
+    /// Id.
+    pub id: StudyId,
+    /// Name.
+    pub name: String,
+    /// State.
+    pub state: StudyState,
+    /// Why it failed.
+    pub failure: Option<String>,
+    /// Hash of the resolved document.
+    pub fingerprint: String,
+    /// Index of the step in progress.
+    pub step: usize,
+    /// Submitted.
+    pub created_ms: i64,
+    /// First claim.
+    pub started_ms: Option<i64>,
+    /// End.
+    pub ended_ms: Option<i64>,
+}
+
+/// A restart as stored.
+#[derive(Clone, Debug)]
+pub struct StoredRestart {
+    /// Id.
+    pub id: RestartId,
+    /// Index of the step.
+    pub step: usize,
+    /// Index in the step.
+    pub index: usize,
+    /// Whether the optimiser stopped.
+    pub done: bool,
+    /// Steps so far.
+    pub version: i64,
+    /// What the optimiser says of itself.
+    pub summary: Value,
+}
+
+/// A best point as stored.
+#[derive(Clone, Debug)]
+pub struct StoredBest {
+    /// Index of the step.
+    pub step: usize,
+    /// Index of the restart.
+    pub restart: usize,
+    /// The evaluation.
+    pub evaluation: EvaluationId,
+    /// What was asked.
+    pub request: EvaluationRequest,
+    /// What was answered.
+    pub outcome: Outcome,
+    /// Largest violation.
+    pub max_violation: f64,
+}
+
+/// A point of a curve as stored, in the optimiser's order within its restart.
+#[derive(Clone, Debug)]
+pub struct StoredPoint {
+    /// Index of the step.
+    pub step: usize,
+    /// Index of the restart.
+    pub restart: usize,
+    /// The evaluation.
+    pub evaluation: EvaluationId,
+    /// Objective.
+    pub objective: Option<f64>,
+    /// Largest violation.
+    pub max_violation: Option<f64>,
+    /// Within the tolerance.
+    pub feasible: bool,
+    /// Walls cross.
+    pub overlap: bool,
+    /// May be a best point.
+    pub counts: bool,
+    /// CPU time, s.
+    pub cpu_s: f64,
+    /// Stored, ms.
+    pub finished_ms: i64,
+}
+
+/// The store.
+#[async_trait]
+pub trait Store: Send + Sync {
+    /// Stores a study with its first restarts and their asks.
+    async fn submit(&self, study: NewStudy) -> Result<Submitted, StoreError>;
+    /// Begins a later step, if the study still is at the end of the one before it; false otherwise.
+    async fn begin_step(
+        &self,
+        study: &StudyId,
+        step: usize,
+        restarts: Vec<NewRestart>,
+    ) -> Result<bool, StoreError>;
+    /// Ends a study after its last step.
+    async fn finish(&self, study: &StudyId) -> Result<(), StoreError>;
+    /// Ends a study whose optimiser broke.
+    async fn fail(&self, study: &StudyId, failure: &str) -> Result<(), StoreError>;
+    /// Hands out the best evaluation that is ready, or leased and expired: by priority, least running share of its
+    /// study, age. Fence and attempt grow by one; attempts beyond the cap end as `lost`.
+    async fn claim(
+        &self,
+        request: &ClaimRequest,
+        lease_ms: i64,
+        attempts: i64,
+    ) -> Result<ClaimAnswer, StoreError>;
+    /// Renews a lease.
+    async fn renew(
+        &self,
+        evaluation: &EvaluationId,
+        fence: i64,
+        lease_ms: i64,
+    ) -> Result<Held, StoreError>;
+    /// Stores a result where the fence holds.
+    async fn accept_result(&self, report: AcceptedReport) -> Result<Reported, StoreError>;
+    /// Puts an evaluation back whose report was nonsense; over the cap the given outcome is stored.
+    async fn reject_result(
+        &self,
+        report: AcceptedReport,
+        attempts: i64,
+    ) -> Result<Reported, StoreError>;
+    /// Puts an evaluation back that its worker gave up; the attempt does not count. False where the fence does not hold.
+    async fn release(&self, evaluation: &EvaluationId, fence: i64) -> Result<bool, StoreError>;
+    /// The batch of a restart, if all of it is answered and the restart wants a step.
+    async fn batch(&self, restart: RestartId) -> Result<Option<Batch>, StoreError>;
+    /// Saves a step, if the restart is still the version that was read.
+    async fn save_step(&self, step: NewStep) -> Result<Saved, StoreError>;
+    /// Known results for keys, from this build and instruction set; `study` restricts them to one study.
+    async fn known(
+        &self,
+        keys: &[String],
+        bound_to: &(String, String),
+        study: Option<&StudyId>,
+    ) -> Result<Vec<Option<KnownResult>>, StoreError>;
+    /// Restarts of studies under way whose batch is answered: what a crash left behind.
+    async fn unstepped(&self) -> Result<Vec<RestartId>, StoreError>;
+    /// Studies under way whose step has ended, with that step: what a crash left behind.
+    async fn ended_steps(&self) -> Result<Vec<(StudyId, usize)>, StoreError>;
+    /// Studies that are being cancelled.
+    async fn cancelling(&self) -> Result<Vec<StudyId>, StoreError>;
+    /// Ends the cancellation of a study when no lease is held any more.
+    async fn settle(&self, study: &StudyId) -> Result<StudyState, StoreError>;
+    /// A user's command.
+    async fn command(&self, study: &StudyId, command: Command) -> Result<Commanded, StoreError>;
+    /// Tells a worker to end after its evaluation; false if it is unknown.
+    async fn drain(&self, worker: &WorkerId) -> Result<bool, StoreError>;
+
+    /// A study's document.
+    async fn document(&self, study: &StudyId) -> Result<Option<Value>, StoreError>;
+    /// A study.
+    async fn study(&self, study: &StudyId) -> Result<Option<StoredStudy>, StoreError>;
+    /// Studies with a number below `before`, latest first.
+    async fn studies(
+        &self,
+        before: Option<i64>,
+        state: Option<StudyState>,
+        limit: i64,
+    ) -> Result<Vec<StoredStudy>, StoreError>;
+    /// Counts of a study.
+    async fn counts(&self, study: &StudyId) -> Result<Counts, StoreError>;
+    /// Restarts of a study, by step and index.
+    async fn restarts(&self, study: &StudyId) -> Result<Vec<StoredRestart>, StoreError>;
+    /// Best point of each restart among those that count, the earliest among equals.
+    async fn bests(&self, study: &StudyId) -> Result<Vec<StoredBest>, StoreError>;
+    /// Points of all curves: by restart, then in the optimiser's order.
+    async fn points(&self, study: &StudyId) -> Result<Vec<StoredPoint>, StoreError>;
+    /// The ledger after an evaluation.
+    async fn ledger(
+        &self,
+        study: &StudyId,
+        after: i64,
+        limit: i64,
+        with_outcome: bool,
+    ) -> Result<Vec<EvaluationRow>, StoreError>;
+    /// What an evaluation asks.
+    async fn asked(&self, evaluation: &EvaluationId) -> Result<Option<Asked>, StoreError>;
+    /// Events after one.
+    async fn events(
+        &self,
+        study: &StudyId,
+        after: i64,
+        limit: i64,
+    ) -> Result<Vec<Event>, StoreError>;
+    /// Workers, the latest seen first.
+    async fn workers(&self) -> Result<Vec<WorkerView>, StoreError>;
+    /// Whether the store answers.
+    async fn ping(&self) -> Result<(), StoreError>;
+}

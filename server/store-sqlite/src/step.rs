@@ -1,0 +1,188 @@
+//! The optimiser's steps, and what a crash left behind.
+
+use salp_protocol::{EvaluationId, StudyId, WorkerId};
+use salp_server::store::{Batch, KnownResult, NewStep, RestartId, Saved, StoreError};
+use serde_json::json;
+
+use crate::SqliteStore;
+use crate::rows::{database, from_json, note, now_ms, to_json};
+use crate::submit::{Owner, insert_asks};
+
+impl SqliteStore {
+    pub(crate) async fn complete_batch(
+        &self,
+        restart: RestartId,
+    ) -> Result<Option<Batch>, StoreError> {
+        const DOING: &str = "read a batch";
+        let mut tx = self.snapshot(DOING).await?;
+        let row = sqlx::query!(
+            r#"SELECT r.study AS "study!: String", r.step AS "step!: i64", r.restart_index AS "restart_index!: i64",
+                      r.version AS "version!: i64", r.batch AS "batch!: i64", r.machine AS "machine!: String",
+                      s.mixed_hardware AS "mixed_hardware!: i64", s.build, s.instruction_set
+               FROM restarts r JOIN studies s ON s.id = r.study
+               WHERE r.id = ? AND r.state = 'running' AND s.state IN ('queued', 'running', 'paused')"#,
+            restart.0
+        )
+        .fetch_optional(&mut *tx)
+        .await
+        .map_err(database(DOING))?;
+        let Some(row) = row else { return Ok(None) };
+        let answers = sqlx::query_scalar!(
+            r#"SELECT r.outcome AS "outcome?: String"
+               FROM evaluations e LEFT JOIN results r ON r.evaluation = e.id
+               WHERE e.restart = ? AND e.batch = ? ORDER BY e.batch_index"#,
+            restart.0,
+            row.batch
+        )
+        .fetch_all(&mut *tx)
+        .await
+        .map_err(database(DOING))?;
+        let Some(answers) = answers.into_iter().collect::<Option<Vec<_>>>() else {
+            return Ok(None);
+        };
+        let outcomes = answers
+            .iter()
+            .map(|text| from_json("outcome", text))
+            .collect::<Result<_, _>>()?;
+        Ok(Some(Batch {
+            restart,
+            study: StudyId(row.study),
+            step: row.step as usize,
+            index: row.restart_index as usize,
+            version: row.version,
+            machine: from_json("optimiser state", &row.machine)?,
+            outcomes,
+            bound_to: if row.mixed_hardware == 0 {
+                row.build.zip(row.instruction_set)
+            } else {
+                None
+            },
+        }))
+    }
+
+    pub(crate) async fn save_computed_step(&self, step: NewStep) -> Result<Saved, StoreError> {
+        const DOING: &str = "save a step";
+        let machine = to_json("optimiser state", &step.machine)?;
+        let summary = to_json("restart summary", &step.summary)?;
+        let state = if step.done { "done" } else { "running" };
+        let mut tx = self.write(DOING).await?;
+        let now = now_ms(&mut tx).await?;
+        let ended = step.done.then_some(now);
+        let row = sqlx::query!(
+            r#"UPDATE restarts SET machine = ?, summary = ?, state = ?, ended_ms = ?,
+                   version = version + 1, batch = batch + 1
+               WHERE id = ? AND version = ? AND state = 'running'
+                 AND (SELECT s.state FROM studies s WHERE s.id = restarts.study) IN ('queued', 'running', 'paused')
+               RETURNING study AS "study!: String", step AS "step!: i64",
+                   restart_index AS "restart_index!: i64", batch AS "batch!: i64""#,
+            machine,
+            summary,
+            state,
+            ended,
+            step.restart.0,
+            step.version
+        )
+        .fetch_optional(&mut *tx)
+        .await
+        .map_err(database(DOING))?;
+        let Some(row) = row else {
+            return Ok(Saved::Discarded);
+        };
+        let study = StudyId(row.study);
+        let owner = Owner {
+            study: &study,
+            restart: step.restart.0,
+            step: row.step,
+            restart_index: row.restart_index,
+        };
+        insert_asks(&mut tx, &owner, row.batch, step.asks, now).await?;
+        let mut step_ended = false;
+        if step.done {
+            let data = json!({ "step": row.step, "restart": row.restart_index, "state": "done", "summary": step.summary });
+            note(&mut tx, &study, "restart", &data, now).await?;
+            let running = sqlx::query_scalar!(
+                r#"SELECT COUNT(*) AS "running!: i64" FROM restarts WHERE study = ? AND state = 'running'"#,
+                study.0
+            )
+            .fetch_one(&mut *tx)
+            .await
+            .map_err(database(DOING))?;
+            step_ended = running == 0;
+            if step_ended {
+                let data = json!({ "step": row.step, "state": "done" });
+                note(&mut tx, &study, "step", &data, now).await?;
+            }
+        }
+        tx.commit().await.map_err(database(DOING))?;
+        Ok(Saved::Yes { step_ended })
+    }
+
+    pub(crate) async fn known_results(
+        &self,
+        keys: &[String],
+        bound_to: &(String, String),
+        study: Option<&StudyId>,
+    ) -> Result<Vec<Option<KnownResult>>, StoreError> {
+        const DOING: &str = "look known results up";
+        let mut tx = self.snapshot(DOING).await?;
+        let study = study.map(|s| s.0.as_str());
+        let mut known = Vec::with_capacity(keys.len());
+        for key in keys {
+            // Failures that may be chance (a program, a lost worker, a fault of ours) are tried anew.
+            let row = sqlx::query!(
+                r#"SELECT evaluation AS "evaluation!: i64", outcome AS "outcome!: String", worker
+                   FROM results
+                   WHERE result_key = ?1 AND cached_from IS NULL AND build = ?2 AND instruction_set = ?3
+                     AND status IN ('ok', 'infeasible_geometry', 'no_equilibrium', 'work_limit')
+                     AND (?4 IS NULL OR study = ?4)
+                   ORDER BY evaluation LIMIT 1"#,
+                key,
+                bound_to.0,
+                bound_to.1,
+                study
+            )
+            .fetch_optional(&mut *tx)
+            .await
+            .map_err(database(DOING))?;
+            known.push(match row {
+                None => None,
+                Some(row) => Some(KnownResult {
+                    evaluation: EvaluationId(row.evaluation),
+                    outcome: from_json("outcome", &row.outcome)?,
+                    worker: row.worker.map(WorkerId),
+                }),
+            });
+        }
+        Ok(known)
+    }
+
+    pub(crate) async fn unstepped_restarts(&self) -> Result<Vec<RestartId>, StoreError> {
+        let ids = sqlx::query_scalar!(
+            r#"SELECT r.id AS "id!: i64" FROM restarts r JOIN studies s ON s.id = r.study
+               WHERE r.state = 'running' AND s.state IN ('queued', 'running', 'paused')
+                 AND NOT EXISTS (SELECT 1 FROM evaluations e LEFT JOIN results a ON a.evaluation = e.id
+                                 WHERE e.restart = r.id AND e.batch = r.batch AND a.evaluation IS NULL)
+               ORDER BY r.id"#
+        )
+        .fetch_all(&self.readers)
+        .await
+        .map_err(database("look for unfinished steps"))?;
+        Ok(ids.into_iter().map(RestartId).collect())
+    }
+
+    pub(crate) async fn studies_at_a_step_end(&self) -> Result<Vec<(StudyId, usize)>, StoreError> {
+        let rows = sqlx::query!(
+            r#"SELECT s.id AS "id!: String", s.step AS "step!: i64" FROM studies s
+               WHERE s.state IN ('queued', 'running', 'paused')
+                 AND NOT EXISTS (SELECT 1 FROM restarts r WHERE r.study = s.id AND r.state = 'running')
+               ORDER BY s.number"#
+        )
+        .fetch_all(&self.readers)
+        .await
+        .map_err(database("look for unfinished studies"))?;
+        Ok(rows
+            .into_iter()
+            .map(|row| (StudyId(row.id), row.step as usize))
+            .collect())
+    }
+}
