@@ -85,7 +85,7 @@ impl Coordinator {
     pub fn new(
         config: ServerConfig,
         store: Arc<dyn Store>,
-            stopping: watch::Receiver<bool>,
+        stopping: watch::Receiver<bool>,
     ) -> Arc<Self> {
         Arc::new(Self {
             store,
@@ -136,10 +136,7 @@ impl Coordinator {
     }
 
     /// The machine of a stored study.
-    pub async fn machine(
-        &self,
-        study: &StudyId,
-    ) -> Result<Arc<StudyMachine>, CoordinatorError> {
+    pub async fn machine(&self, study: &StudyId) -> Result<Arc<StudyMachine>, CoordinatorError> {
         if let Some(machine) = self.kept().get(study) {
             return Ok(Arc::clone(machine));
         }
@@ -149,12 +146,11 @@ impl Coordinator {
             .await?
             .ok_or_else(|| CoordinatorError::UnknownStudy(study.clone()))?;
         // Whether it may start programs was decided when it was submitted.
-        let machine = StudyMachine::read(&document, true).map_err(|faults| {
-            CoordinatorError::Unreadable {
+        let machine =
+            StudyMachine::read(&document, true).map_err(|faults| CoordinatorError::Unreadable {
                 study: study.clone(),
                 faults,
-            }
-        })?;
+            })?;
         let machine = Arc::new(machine);
         let mut kept = self.kept();
         if kept.len() >= KEPT_STUDIES {
@@ -502,10 +498,7 @@ async fn begin_step(
         .collect()
 }
 
-async fn compute_step(
-    machine: &Arc<StudyMachine>,
-    batch: Batch,
-) -> Result<Advance, MachineError> {
+async fn compute_step(machine: &Arc<StudyMachine>, batch: Batch) -> Result<Advance, MachineError> {
     let (step, restart) = (batch.step, batch.index);
     let worker = Arc::clone(machine);
     let stepped = tokio::task::spawn_blocking(move || {

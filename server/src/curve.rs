@@ -98,7 +98,13 @@ mod tests {
 
     use super::*;
 
-    fn point(restart: usize, id: i64, objective: f64, feasible: bool, overlap: bool) -> StoredPoint {
+    fn point(
+        restart: usize,
+        id: i64,
+        objective: f64,
+        feasible: bool,
+        overlap: bool,
+    ) -> StoredPoint {
         StoredPoint {
             step: 0,
             restart,

@@ -208,7 +208,10 @@ impl StudyMachine {
         })
     }
 
-    #[expect(clippy::unused_self, reason = "reads as a part of the methods that use it")]
+    #[expect(
+        clippy::unused_self,
+        reason = "reads as a part of the methods that use it"
+    )]
     fn broke(&self, request: &EvaluationRequest, error: &StudyError) -> MachineError {
         MachineError {
             step: request.step,

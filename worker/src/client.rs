@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use salp_protocol::problem::Problem;
 use salp_protocol::{
-    Axis, Candidate, Claim, ClaimRequest, Curve, Event, EventPage, EvaluationId, EvaluationRow,
+    Axis, Candidate, Claim, ClaimRequest, Curve, EvaluationId, EvaluationRow, Event, EventPage,
     HeartbeatAnswer, HeartbeatRequest, LedgerPage, ReleaseRequest, ReportAnswer, ReportRequest,
     RestartView, StudyCreated, StudyId, StudyPage, StudyView, WorkerView,
 };
@@ -170,14 +170,10 @@ impl Client {
     }
 
     /// Events after one; waits for the first up to `wait_s`, which must be below the client's timeout.
-    pub fn events(
-        &self,
-        id: &StudyId,
-        after: i64,
-        wait_s: f64,
-    ) -> Result<Vec<Event>, ClientError> {
-        let page: EventPage =
-            self.get(&format!("/v1/studies/{id}/events?after={after}&wait={wait_s}"))?;
+    pub fn events(&self, id: &StudyId, after: i64, wait_s: f64) -> Result<Vec<Event>, ClientError> {
+        let page: EventPage = self.get(&format!(
+            "/v1/studies/{id}/events?after={after}&wait={wait_s}"
+        ))?;
         Ok(page.events)
     }
 
@@ -194,7 +190,10 @@ impl Client {
     /// Claims an evaluation; `None` if there is none.
     pub fn claim(&self, request: &ClaimRequest) -> Result<Option<Claim>, ClientError> {
         let url = self.at("/v1/claims");
-        let mut response = answered(&url, self.with_token(self.agent.post(&url)).send_json(request))?;
+        let mut response = answered(
+            &url,
+            self.with_token(self.agent.post(&url)).send_json(request),
+        )?;
         if response.status() == 204 {
             return Ok(None);
         }
@@ -281,10 +280,7 @@ fn answered(url: &str, answer: Answer) -> Result<Response<Body>, ClientError> {
     Err(ClientError::Refused(Box::new(problem)))
 }
 
-fn body<T: DeserializeOwned>(
-    url: &str,
-    response: &mut Response<Body>,
-) -> Result<T, ClientError> {
+fn body<T: DeserializeOwned>(url: &str, response: &mut Response<Body>) -> Result<T, ClientError> {
     let status = response.status().as_u16();
     let bytes = response
         .body_mut()

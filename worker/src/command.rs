@@ -167,7 +167,11 @@ impl Program {
     ) -> Result<Answer, Failure> {
         let question = format!("{}\n", json!({ "x": x, "want_gradient": want_gradient }));
         let until = started + self.time_limit;
-        if self.running.as_mut().is_some_and(|running| !running.asks(&question)) {
+        if self
+            .running
+            .as_mut()
+            .is_some_and(|running| !running.asks(&question))
+        {
             // It ended after its last answer, as it may.
             self.running = None;
         }
@@ -194,9 +198,8 @@ impl Program {
 
 impl Running {
     fn start(argv: &[String]) -> Result<Self, Failure> {
-        let because = |what: &str, failure: std::io::Error| {
-            Failure::Because(format!("{what}: {failure}"))
-        };
+        let because =
+            |what: &str, failure: std::io::Error| Failure::Because(format!("{what}: {failure}"));
         let Some((program, arguments)) = argv.split_first() else {
             return Err(Failure::Because("no program is named".into()));
         };
@@ -233,7 +236,10 @@ impl Running {
         thread::spawn(move || {
             let mut output = BufReader::new(output);
             let mut line = String::new();
-            while matches!(output.by_ref().take(LONGEST_LINE).read_line(&mut line), Ok(1..)) {
+            while matches!(
+                output.by_ref().take(LONGEST_LINE).read_line(&mut line),
+                Ok(1..)
+            ) {
                 if send.send(std::mem::take(&mut line)).is_err() {
                     break;
                 }
@@ -444,7 +450,9 @@ for line in sys.stdin:
 
     #[test]
     fn a_program_is_kept_alive_and_its_folder_is_empty() {
-        let mut program = python(&format!("import os\nassert os.listdir('.') == []\n{SQUARE}"));
+        let mut program = python(&format!(
+            "import os\nassert os.listdir('.') == []\n{SQUARE}"
+        ));
         let first = program.evaluate(&[3.0], false, &|| false);
         let second = program.evaluate(&[0.1], false, &|| false);
         assert_eq!(first.objective, Some(9.0), "{}", reason(&first));
@@ -458,31 +466,61 @@ for line in sys.stdin:
         let one = "import sys, json\njson.loads(input())\nprint('{\"objective\": 1, \"constraints\": [0]}')\n";
         let mut program = python(one);
         for _ in 0..2 {
-            assert_eq!(program.evaluate(&[3.0], false, &|| false).objective, Some(1.0));
+            assert_eq!(
+                program.evaluate(&[3.0], false, &|| false).objective,
+                Some(1.0)
+            );
         }
         let mut program = python(&format!("{one}sys.exit(3)"));
         let outcome = program.evaluate(&[3.0], false, &|| false);
-        assert!(reason(&outcome).contains("exit status: 3"), "{}", reason(&outcome));
+        assert!(
+            reason(&outcome).contains("exit status: 3"),
+            "{}",
+            reason(&outcome)
+        );
     }
 
     #[test]
     fn failures_say_why() {
         let cases = [
-            ("import sys\ninput()\nprint('no', file=sys.stderr)\nsys.exit(2)", "exit status: 2 without an answer: no"),
+            (
+                "import sys\ninput()\nprint('no', file=sys.stderr)\nsys.exit(2)",
+                "exit status: 2 without an answer: no",
+            ),
             ("input()", "without an answer"),
-            ("input()\nprint('{\"objective\": NaN, \"constraints\": [0]}')", "cannot be read"),
-            ("input()\nprint('{\"objective\": 1e999, \"constraints\": [0]}')", "cannot be read"),
-            ("input()\nprint('{\"objective\": null, \"constraints\": [0]}')", "not a finite number"),
-            ("input()\nprint('{\"objective\": 1, \"constraints\": [0, 0]}')", "has 2 numbers, 1 are expected"),
+            (
+                "input()\nprint('{\"objective\": NaN, \"constraints\": [0]}')",
+                "cannot be read",
+            ),
+            (
+                "input()\nprint('{\"objective\": 1e999, \"constraints\": [0]}')",
+                "cannot be read",
+            ),
+            (
+                "input()\nprint('{\"objective\": null, \"constraints\": [0]}')",
+                "not a finite number",
+            ),
+            (
+                "input()\nprint('{\"objective\": 1, \"constraints\": [0, 0]}')",
+                "has 2 numbers, 1 are expected",
+            ),
         ];
         for (script, expected) in cases {
             let outcome = python(script).evaluate(&[1.0], false, &|| false);
-            assert!(reason(&outcome).contains(expected), "{script}: {}", reason(&outcome));
+            assert!(
+                reason(&outcome).contains(expected),
+                "{script}: {}",
+                reason(&outcome)
+            );
         }
         let argv = ["/nowhere/program".to_owned()];
         let mut program = Program::new(&argv, Path::new("/"), Duration::from_secs(5), EXPECTED);
         let outcome = program.evaluate(&[1.0], false, &|| false);
-        assert!(reason(&outcome).contains("cannot start"), "{}", reason(&outcome));
+        assert!(
+            reason(&outcome).contains("cannot start"),
+            "{}",
+            reason(&outcome)
+        );
     }
 
     #[test]
@@ -495,7 +533,11 @@ time.sleep(60)";
         let mut program = python(script);
         program.time_limit = Duration::from_millis(400);
         let outcome = program.evaluate(&[1.0], false, &|| false);
-        assert!(reason(&outcome).contains("no answer within 0.4 s"), "{}", reason(&outcome));
+        assert!(
+            reason(&outcome).contains("no answer within 0.4 s"),
+            "{}",
+            reason(&outcome)
+        );
         assert!(program.running.is_none() && alive().is_empty() || alive().len() < 10);
 
         program.time_limit = Duration::from_secs(60);

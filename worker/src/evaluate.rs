@@ -51,7 +51,9 @@ impl Models {
     fn dispatch(&mut self, request: &EvaluationRequest, cancel: &dyn Fn() -> bool) -> Outcome {
         let study = match &self.study {
             Ok(study) => study,
-            Err(faults) => return not_converged(format!("this worker cannot read the study: {faults}")),
+            Err(faults) => {
+                return not_converged(format!("this worker cannot read the study: {faults}"));
+            }
         };
         match study.steps.get(request.step).map(|step| &step.model) {
             Some(Model::Command(model)) => {

@@ -165,7 +165,9 @@ impl Shared {
 
 fn renew(client: &Client, beat: &mut Beat) {
     let asked = Instant::now();
-    let Beat { evaluation, lease, .. } = &*beat;
+    let Beat {
+        evaluation, lease, ..
+    } = &*beat;
     match client.heartbeat(evaluation, beat.fence) {
         Ok(answer) => {
             match answer.directive {

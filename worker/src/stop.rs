@@ -50,20 +50,18 @@ impl Stop {
 /// # Errors
 /// Where the system has no thread to give.
 pub fn die_with_parent() -> std::io::Result<()> {
-    thread::Builder::new()
-        .name("parent".into())
-        .spawn(|| {
-            let mut buffer = [0_u8; 64];
-            let mut input = std::io::stdin();
-            loop {
-                match input.read(&mut buffer) {
-                    Ok(0) => break,
-                    Err(failure) if failure.kind() != std::io::ErrorKind::Interrupted => break,
-                    _ => {}
-                }
+    thread::Builder::new().name("parent".into()).spawn(|| {
+        let mut buffer = [0_u8; 64];
+        let mut input = std::io::stdin();
+        loop {
+            match input.read(&mut buffer) {
+                Ok(0) => break,
+                Err(failure) if failure.kind() != std::io::ErrorKind::Interrupted => break,
+                _ => {}
             }
-            crate::command::kill_all();
-            std::process::exit(0);
-        })?;
+        }
+        crate::command::kill_all();
+        std::process::exit(0);
+    })?;
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Bodies, queries and problem documents.
 
 use axum::Json;
-use axum::extract::{FromRequest, FromRequestParts, Query, Request};
+use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -116,6 +116,20 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
         let value = serde_json::from_slice(&bytes)
             .map_err(|fault| Problem::new(problem::INVALID_BODY, fault.to_string()))?;
         Ok(Self(value))
+    }
+}
+
+/// The id of a path. One that cannot be read names nothing.
+pub struct PathId<T>(pub T);
+
+impl<S: Send + Sync, T: DeserializeOwned + Send> FromRequestParts<S> for PathId<T> {
+    type Rejection = Refusal;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refusal> {
+        let Path(id) = Path::from_request_parts(parts, state)
+            .await
+            .map_err(|rejection| Problem::new(problem::NOT_FOUND, rejection.body_text()))?;
+        Ok(Self(id))
     }
 }
 

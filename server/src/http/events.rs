@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::sse::{self, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -16,7 +16,7 @@ use serde::Deserialize;
 use tokio::time::Instant;
 
 use super::Shared;
-use super::answer::{Parameters, Refusal};
+use super::answer::{Parameters, PathId, Refusal};
 use super::studies::find;
 use crate::coordinator::{Coordinator, LONGEST_WAIT_S};
 
@@ -36,7 +36,7 @@ pub struct EventParameters {
 /// A stream (SSE); with `?wait=` seconds a long poll that answers one page.
 pub async fn events(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
     Parameters(parameters): Parameters<EventParameters>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {

@@ -92,7 +92,11 @@ async fn unknown_path(request: Request) -> Refusal {
 async fn unknown_method(request: Request) -> Refusal {
     Problem::new(
         problem::METHOD_NOT_ALLOWED,
-        format!("{} is not known at {}", request.method(), request.uri().path()),
+        format!(
+            "{} is not known at {}",
+            request.method(),
+            request.uri().path()
+        ),
     )
     .into()
 }

@@ -1,7 +1,7 @@
 //! Results: restarts, curve, ledger, candidates.
 
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use salp_protocol::{
     Axis, Candidate, Curve, EvaluationRow, LedgerPage, RestartState, RestartView, StudyId,
@@ -9,7 +9,7 @@ use salp_protocol::{
 use serde::Deserialize;
 
 use super::Shared;
-use super::answer::{Parameters, Refusal, cell, csv};
+use super::answer::{Parameters, PathId, Refusal, cell, csv};
 use super::studies::{best_point, find};
 use crate::curve::curve as curve_of;
 
@@ -27,7 +27,7 @@ pub enum Format {
 /// Every restart with its best point and the hash of its history.
 pub async fn restarts(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
 ) -> Result<Json<Vec<RestartView>>, Refusal> {
     let study = find(&coordinator, id).await?;
     let bests = coordinator.store.bests(&study.id).await?;
@@ -69,7 +69,7 @@ pub struct CurveParameters {
 /// Run time against best objective.
 pub async fn curve(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
     Parameters(parameters): Parameters<CurveParameters>,
 ) -> Result<Response, Refusal> {
     let study = find(&coordinator, id).await?;
@@ -120,7 +120,7 @@ pub struct LedgerParameters {
 /// Every evaluation with its worker, attempt, fence and cost.
 pub async fn evaluations(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
     Parameters(parameters): Parameters<LedgerParameters>,
 ) -> Result<Response, Refusal> {
     let study = find(&coordinator, id).await?;
@@ -191,7 +191,7 @@ fn quoted(text: &str) -> String {
 /// The best points of the restarts, best first; equal designs once.
 pub async fn candidates(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
 ) -> Result<Json<Vec<Candidate>>, Refusal> {
     let id: StudyId = find(&coordinator, id).await?.id;
     let mut candidates: Vec<Candidate> = Vec::new();

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use salp_protocol::problem::{self, Problem};
@@ -16,7 +16,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::Shared;
-use super::answer::{Body, Parameters, Refusal, unknown_study};
+use super::answer::{Body, Parameters, PathId, Refusal, unknown_study};
 use crate::config::hex;
 use crate::coordinator::{Coordinator, Submission};
 use crate::store::{Command, Commanded, StoredBest, StoredStudy};
@@ -44,7 +44,14 @@ pub async fn submit(
         }
     };
     let url = format!("/v1/studies/{id}");
-    let mut response = (status, Json(StudyCreated { id, url: url.clone() })).into_response();
+    let mut response = (
+        status,
+        Json(StudyCreated {
+            id,
+            url: url.clone(),
+        }),
+    )
+        .into_response();
     if let Ok(location) = HeaderValue::from_str(&url) {
         response.headers_mut().insert(header::LOCATION, location);
     }
@@ -111,7 +118,7 @@ pub async fn list(
 /// A study.
 pub async fn show(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
 ) -> Result<Json<StudyView>, Refusal> {
     let stored = find(&coordinator, id).await?;
     Ok(Json(view(&coordinator, stored).await?))
@@ -120,7 +127,7 @@ pub async fn show(
 /// A study's document as submitted.
 pub async fn document(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
 ) -> Result<Json<Value>, Refusal> {
     let document = coordinator.store.document(&StudyId(id.clone())).await?;
     document.map(Json).ok_or_else(|| unknown_study(&id))
@@ -129,7 +136,7 @@ pub async fn document(
 /// Ends a study.
 pub async fn cancel(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
 ) -> Result<Json<StudyView>, Refusal> {
     obey(&coordinator, id, Command::Cancel).await
 }
@@ -137,7 +144,7 @@ pub async fn cancel(
 /// Hands out nothing of a study.
 pub async fn pause(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
 ) -> Result<Json<StudyView>, Refusal> {
     obey(&coordinator, id, Command::Pause).await
 }
@@ -145,7 +152,7 @@ pub async fn pause(
 /// Hands out a paused study again.
 pub async fn resume(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
 ) -> Result<Json<StudyView>, Refusal> {
     obey(&coordinator, id, Command::Resume).await
 }

@@ -1,7 +1,7 @@
 //! Workers: claim, heartbeat, report, release, list, drain.
 
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use salp_protocol::problem::{self, Problem};
 use salp_protocol::{
@@ -10,7 +10,7 @@ use salp_protocol::{
 };
 use serde_json::Value;
 
-use super::answer::{JsonBody, Refusal};
+use super::answer::{JsonBody, PathId, Refusal};
 use super::{Shared, nothing};
 use crate::store::{Claimed, Held, Reported};
 
@@ -65,7 +65,7 @@ pub async fn claim(
 /// Renews a lease.
 pub async fn heartbeat(
     State(coordinator): Shared,
-    Path(id): Path<i64>,
+    PathId(id): PathId<i64>,
     JsonBody(request): JsonBody<HeartbeatRequest>,
 ) -> Result<Json<HeartbeatAnswer>, Refusal> {
     let id = EvaluationId(id);
@@ -90,7 +90,7 @@ pub async fn heartbeat(
 /// Takes an outcome.
 pub async fn result(
     State(coordinator): Shared,
-    Path(id): Path<i64>,
+    PathId(id): PathId<i64>,
     JsonBody(report): JsonBody<ReportRequest<Value>>,
 ) -> Result<Json<ReportAnswer>, Refusal> {
     let (id, fence) = (EvaluationId(id), report.fence);
@@ -109,7 +109,7 @@ pub async fn result(
 /// Takes an evaluation back.
 pub async fn release(
     State(coordinator): Shared,
-    Path(id): Path<i64>,
+    PathId(id): PathId<i64>,
     JsonBody(request): JsonBody<ReleaseRequest>,
 ) -> Result<Response, Refusal> {
     let id = EvaluationId(id);
@@ -128,7 +128,7 @@ pub async fn list(State(coordinator): Shared) -> Result<Json<Vec<WorkerView>>, R
 /// Tells a worker to end after its evaluation.
 pub async fn drain(
     State(coordinator): Shared,
-    Path(id): Path<String>,
+    PathId(id): PathId<String>,
 ) -> Result<Response, Refusal> {
     if coordinator.store.drain(&WorkerId(id.clone())).await? {
         Ok(nothing())
@@ -140,7 +140,9 @@ pub async fn drain(
 fn stale(id: &EvaluationId, fence: i64) -> Refusal {
     Problem::new(
         problem::STALE_LEASE,
-        format!("fence {fence} of evaluation {id} is not the latest, or the evaluation is answered"),
+        format!(
+            "fence {fence} of evaluation {id} is not the latest, or the evaluation is answered"
+        ),
     )
     .into()
 }

@@ -281,11 +281,7 @@ async fn take_best(
 }
 
 /// Tells a worker that gets nothing whether something waits for others.
-async fn why_nothing(
-    tx: &mut Tx,
-    request: &ClaimRequest,
-    now: i64,
-) -> Result<Claimed, StoreError> {
+async fn why_nothing(tx: &mut Tx, request: &ClaimRequest, now: i64) -> Result<Claimed, StoreError> {
     let waiting = sqlx::query!(
         r#"SELECT s.id AS "id!: String", s.build, s.instruction_set,
                   s.mixed_hardware AS "mixed_hardware!: i64", MIN(q.command) AS "command!: i64"

@@ -42,8 +42,11 @@ impl SqliteStore {
         rows.into_iter()
             .map(|row| {
                 let request: EvaluationRequest = from_json("request", &row.request)?;
-                let kind = serde_json::to_value(request.kind)
-                    .map_err(|source| StoreError::Corrupt { what: "kind", source })?;
+                let kind =
+                    serde_json::to_value(request.kind).map_err(|source| StoreError::Corrupt {
+                        what: "kind",
+                        source,
+                    })?;
                 Ok(EvaluationRow {
                     evaluation: EvaluationId(row.id),
                     step: row.step as usize,

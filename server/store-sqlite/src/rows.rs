@@ -39,12 +39,10 @@ pub fn study_state(text: &str) -> Result<StudyState, StoreError> {
 
 /// The database's clock, ms since 1970 UTC.
 pub async fn now_ms(tx: &mut Tx) -> Result<i64, StoreError> {
-    sqlx::query_scalar!(
-        r#"SELECT CAST(unixepoch('subsec') * 1000 AS INTEGER) AS "now!: i64""#
-    )
-    .fetch_one(&mut **tx)
-    .await
-    .map_err(database("read its clock"))
+    sqlx::query_scalar!(r#"SELECT CAST(unixepoch('subsec') * 1000 AS INTEGER) AS "now!: i64""#)
+        .fetch_one(&mut **tx)
+        .await
+        .map_err(database("read its clock"))
 }
 
 /// Notes an event.
