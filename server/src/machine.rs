@@ -88,7 +88,7 @@ impl StudyMachine {
             .map(|spec| {
                 let (state, asks) =
                     study::begin(&self.study, spec).map_err(|e| broke(spec.index, e))?;
-                self.stored(&state, asks, false)
+                stored(&state, asks, false)
             })
             .collect()
     }
@@ -109,62 +109,13 @@ impl StudyMachine {
         let state: RestartState = serde_json::from_value(state)
             .map_err(|e| broke(format!("read its own state back: {e}")))?;
         let next = study::step(&self.study, &state, outcomes).map_err(|e| broke(e.to_string()))?;
-        self.stored(&next.state, next.asks, next.done.is_some())
-    }
-
-    fn stored(
-        &self,
-        state: &RestartState,
-        asks: Vec<EvaluationRequest>,
-        done: bool,
-    ) -> Result<Advance, MachineError> {
-        let (step, restart) = (state.spec.step, state.spec.index);
-        let broke = |reason: String| MachineError {
-            step,
-            restart,
-            reason,
-        };
-        // An optimiser that neither asks nor stops would hang its study.
-        if done != asks.is_empty() {
-            return Err(broke(format!(
-                "go on: it has {} and asks for {} points",
-                if done { "stopped" } else { "not stopped" },
-                asks.len()
-            )));
-        }
-        let stored =
-            serde_json::to_value(state).map_err(|e| broke(format!("store its state: {e}")))?;
-        let last = state.final_point();
-        Ok(Advance {
-            state: stored,
-            asks,
-            done,
-            summary: json!({
-                "seed": state.spec.seed,
-                "start": state.spec.start_kind,
-                "orientation": state.spec.orientation,
-                "x0": state.spec.x0,
-                "stop": state.stop,
-                "evaluations": state.evaluations,
-                "analyses": state.optimiser.analyses(),
-                "gradients": state.optimiser.gradients(),
-                "iterations": state.optimiser.iteration(),
-                "replans": state.replans,
-                "multipliers": state.optimiser.multipliers(),
-                "x": last.map(|point| &point.x),
-                "objective": last.map(|point| point.objective),
-                "best": state.best,
-                "best_with_overlap": state.best_with_overlap,
-                "history_sha256": state.history_sha256,
-            }),
-        })
+        stored(&next.state, next.asks, next.done.is_some())
     }
 
     /// Hash of model, mesh plan, settings, design bits and what is wanted. Build and instruction set stand beside it in
     /// the store.
     pub fn key(&self, request: &EvaluationRequest) -> Result<String, MachineError> {
-        let broke = |e: StudyError| self.broke(request, &e);
-        request.key(&self.study, "").map_err(broke)
+        request.key(&self.study, "").map_err(|e| broke(request, &e))
     }
 
     /// The outcome as it may be stored, and what is wrong with it as an answer to the request, if anything: a wrong
@@ -177,7 +128,7 @@ impl StudyMachine {
         let checked = self
             .study
             .checked(request, outcome)
-            .map_err(|e| self.broke(request, &e))?;
+            .map_err(|e| broke(request, &e))?;
         let nonsense = match &checked.status {
             OutcomeStatus::InvalidResult { reason } => Some(reason.clone()),
             _ => None,
@@ -194,7 +145,7 @@ impl StudyMachine {
         if outcome.objective.is_none() {
             return Ok(Verdict::WITHOUT_VALUES);
         }
-        let broke = |e: StudyError| self.broke(request, &e);
+        let broke = |e: StudyError| broke(request, &e);
         let problem = self.study.problem(request.step).map_err(broke)?;
         let step = self.study.step(request.step).map_err(broke)?;
         let violation = problem.violation(&outcome.constraints);
@@ -207,17 +158,60 @@ impl StudyMachine {
             counts: feasible && !overlap && !outcome.is_unstable(),
         })
     }
+}
 
-    #[expect(
-        clippy::unused_self,
-        reason = "reads as a part of the methods that use it"
-    )]
-    fn broke(&self, request: &EvaluationRequest, error: &StudyError) -> MachineError {
-        MachineError {
-            step: request.step,
-            restart: 0,
-            reason: error.to_string(),
-        }
+/// A restart as it is stored.
+fn stored(
+    state: &RestartState,
+    asks: Vec<EvaluationRequest>,
+    done: bool,
+) -> Result<Advance, MachineError> {
+    let (step, restart) = (state.spec.step, state.spec.index);
+    let broke = |reason: String| MachineError {
+        step,
+        restart,
+        reason,
+    };
+    // An optimiser that neither asks nor stops would hang its study.
+    if done != asks.is_empty() {
+        return Err(broke(format!(
+            "go on: it has {} and asks for {} points",
+            if done { "stopped" } else { "not stopped" },
+            asks.len()
+        )));
+    }
+    let text = serde_json::to_value(state).map_err(|e| broke(format!("store its state: {e}")))?;
+    let last = state.final_point();
+    Ok(Advance {
+        state: text,
+        asks,
+        done,
+        summary: json!({
+            "seed": state.spec.seed,
+            "start": state.spec.start_kind,
+            "orientation": state.spec.orientation,
+            "x0": state.spec.x0,
+            "stop": state.stop,
+            "evaluations": state.evaluations,
+            "analyses": state.optimiser.analyses(),
+            "gradients": state.optimiser.gradients(),
+            "iterations": state.optimiser.iteration(),
+            "replans": state.replans,
+            "multipliers": state.optimiser.multipliers(),
+            "x": last.map(|point| &point.x),
+            "objective": last.map(|point| point.objective),
+            "best": state.best,
+            "best_with_overlap": state.best_with_overlap,
+            "history_sha256": state.history_sha256,
+        }),
+    })
+}
+
+fn broke(request: &EvaluationRequest, error: &StudyError) -> MachineError {
+    MachineError {
+        step: request.step,
+        restart: 0,
+        reason: error.to_string(),
     }
 }
 

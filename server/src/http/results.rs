@@ -1,5 +1,7 @@
 //! Results: restarts, curve, ledger, candidates.
 
+use std::fmt::Write as _;
+
 use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
@@ -88,8 +90,10 @@ fn curve_csv(curve: &Curve) -> String {
     );
     for restart in &curve.restarts {
         for point in &restart.points {
-            text += &format!(
-                "{},{},{},{},{},{},{},{},{}\n",
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                text,
+                "{},{},{},{},{},{},{},{},{}",
                 restart.step,
                 restart.index,
                 point.t_s,
@@ -151,8 +155,9 @@ fn ledger_csv(rows: &[EvaluationRow]) -> String {
     );
     for row in rows {
         let x: Vec<String> = row.x.iter().map(f64::to_string).collect();
-        text += &format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             row.evaluation,
             row.step,
             row.restart,
