@@ -1,6 +1,7 @@
 //! A study's models on this machine.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -60,16 +61,14 @@ impl Models {
                 let Some(folder) = &self.folder else {
                     return not_converged("this worker may not start programs".into());
                 };
-                if !self.programs.contains_key(&request.step) {
-                    match program(study, request.step, model, folder) {
-                        Ok(program) => self.programs.insert(request.step, program),
+                let program = match self.programs.entry(request.step) {
+                    Entry::Occupied(running) => running.into_mut(),
+                    Entry::Vacant(place) => match program(study, request.step, model, folder) {
+                        Ok(program) => place.insert(program),
                         Err(reason) => return not_converged(reason),
-                    };
-                }
-                match self.programs.get_mut(&request.step) {
-                    Some(program) => program.evaluate(&request.x, request.want_gradient, cancel),
-                    None => not_converged("the program is gone".into()),
-                }
+                    },
+                };
+                program.evaluate(&request.x, request.want_gradient, cancel)
             }
             Some(Model::FeCascade(_)) => timed(|| not_converged("no finite elements".into())),
             None => not_converged(format!("the study has no step {}", request.step)),
