@@ -1,9 +1,9 @@
 //! What the geometry says of a design: its constraints, and whether another design would be meshed alike.
 
 use super::error::StudyError;
-use super::spec::{StepConstraints, Study};
+use super::spec::{ChamberConstraints, StepConstraints, Study};
 use crate::geometry::validity::{SPIKE_ANGLE_DEG, Validity};
-use crate::geometry::{MeshPlan, PlanElement};
+use crate::geometry::{Actuator, MeshPlan, PlanElement};
 use crate::scene::ElementChoice;
 
 /// A plan serves designs whose corners are within this fraction of the unit's smaller side (2 mm of 80) of its base.
@@ -16,22 +16,37 @@ impl Study {
     /// Geometric constraints of a design, feasible when <= 0: spike rows, then wall rows, with their derivatives d/dx. Their
     /// number depends on the layout alone.
     pub fn geometry_rows(&self, step: usize, x: &[f64]) -> Result<GeometryRows, StudyError> {
+        let values = self.geometry_values(step, x)?;
         let actuator = self.actuator(step, x)?;
-        let StepConstraints::Chambers(constraints) = &self.step(step)?.constraints else {
-            return Err(StudyError::NoChambers { step });
-        };
-        let validity = Validity::of(&actuator, constraints.wall_mm);
-        // Rows are given for the default angle; another one shifts them.
-        let shift = SPIKE_ANGLE_DEG.to_radians().cos() - constraints.spike_deg.to_radians().cos();
-        let spikes = validity.spikes.iter().map(|row| row.value + shift);
-        let values = spikes
-            .chain(validity.walls.iter().map(|row| row.value))
-            .collect();
-        let gradients = validity
+        let gradients = self
+            .validity(step, &actuator)?
             .rows()
             .map(|row| self.design_gradient(step, x, &row.design_gradient(&actuator)))
             .collect::<Result<_, _>>()?;
         Ok((values, gradients))
+    }
+
+    /// The values of [`Study::geometry_rows`] alone.
+    pub fn geometry_values(&self, step: usize, x: &[f64]) -> Result<Vec<f64>, StudyError> {
+        let validity = self.validity(step, &self.actuator(step, x)?)?;
+        // Rows are given for the default angle; another one shifts them.
+        let least = self.chamber_constraints(step)?.spike_deg;
+        let shift = SPIKE_ANGLE_DEG.to_radians().cos() - least.to_radians().cos();
+        let spikes = validity.spikes.iter().map(|row| row.value + shift);
+        let walls = validity.walls.iter().map(|row| row.value);
+        Ok(spikes.chain(walls).collect())
+    }
+
+    fn chamber_constraints(&self, step: usize) -> Result<&ChamberConstraints, StudyError> {
+        match &self.step(step)?.constraints {
+            StepConstraints::Chambers(constraints) => Ok(constraints),
+            StepConstraints::Counts { .. } => Err(StudyError::NoChambers { step }),
+        }
+    }
+
+    fn validity(&self, step: usize, actuator: &Actuator) -> Result<Validity, StudyError> {
+        let constraints = self.chamber_constraints(step)?;
+        Ok(Validity::of(actuator, constraints.wall_mm))
     }
 
     /// The mesh plan of a finite-element step for a plan base: what [`super::EvaluationRequest::plan_base`] stands for.

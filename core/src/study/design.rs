@@ -1,7 +1,7 @@
 //! Design vectors of a study: bounds and names, the actuator and the scene of a design, its geometric constraints.
 
 use super::error::StudyError;
-use super::read_optimiser::Bounds;
+use super::read::Bounds;
 use super::spec::{
     FeCascade, Layout, Model, Parametrisation, StepConstraints, Study, StudyActuator, StudyBody,
     StudyStep, Target, Variables,
@@ -238,7 +238,7 @@ impl Study {
 
     fn geometric_rows(&self, step: usize) -> Result<usize, StudyError> {
         let start = self.paper_start(step)?;
-        Ok(self.geometry_rows(step, &start)?.0.len())
+        Ok(self.geometry_values(step, &start)?.len())
     }
 
     /// A void of twice the centre clearance (1 x 1 mm in the paper) at the centre of every chamber's domain.

@@ -7,8 +7,6 @@ mod fingerprint;
 mod preset;
 mod random;
 mod read;
-mod read_optimiser;
-mod read_step;
 pub mod restart;
 pub mod result;
 mod schema;

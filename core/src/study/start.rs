@@ -10,7 +10,7 @@ use crate::scene::Orientation;
 
 /// Random designs that may be refused by the geometric constraints before the last one is taken as it is: the optimiser
 /// finds its way into the feasible region by itself.
-const MAX_DRAWS: usize = 1000;
+const MAX_DRAWS: usize = 200;
 
 /// One restart of a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -161,8 +161,8 @@ impl Study {
     }
 
     fn is_geometrically_valid(&self, step: usize, x: &[f64]) -> Result<bool, StudyError> {
-        match self.geometry_rows(step, x) {
-            Ok((values, _)) => Ok(values.iter().all(|v| *v <= 0.0)),
+        match self.geometry_values(step, x) {
+            Ok(values) => Ok(values.iter().all(|v| *v <= 0.0)),
             Err(StudyError::NoChambers { .. }) => Ok(true),
             Err(error) => Err(error),
         }

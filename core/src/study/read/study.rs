@@ -2,15 +2,15 @@
 
 use serde_json::Value;
 
-use super::preset::expand;
-use super::read_step::read_step;
-use super::spec::{Layout, Study, StudyActuator, StudyBody, StudyMaterial};
+use super::step::read_step;
 use crate::document::{Node, Object, read};
 use crate::fault::Faults;
 use crate::material::records::{self, DEFAULT_RECORD};
 use crate::scene::actuation::read_actuation;
 use crate::scene::actuator::{DEFAULT_UNIT_MM, MAX_UNITS, read_unit_mm};
 use crate::scene::read_material;
+use crate::study::preset::expand;
+use crate::study::spec::{Layout, Study, StudyActuator, StudyBody, StudyMaterial};
 
 const MAX_STEPS: usize = 100;
 const MAX_NAME: usize = 200;

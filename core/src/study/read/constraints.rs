@@ -1,0 +1,110 @@
+//! Reads a step's constraints.
+
+use super::study::DEFAULT_WALL_MM;
+use crate::document::{Node, Object};
+use crate::study::spec::{ChamberConstraints, StepConstraints, StretchLimit, StudyBody};
+
+const MAX_CONSTRAINTS: usize = 100_000;
+const DEFAULT_SPIKE_DEG: f64 = 3.0;
+const DEFAULT_STRETCH_LENGTH_MM: f64 = 0.5;
+
+/// Reads `constraints` of a program.
+pub fn read_counts(node: &Node<'_>) -> Option<StepConstraints> {
+    let object = node.object(&["inequalities", "equalities"])?;
+    let inequalities = object.or("inequalities", 0, |n| n.count(0, MAX_CONSTRAINTS));
+    let equalities = object.or("equalities", 0, |n| n.count(0, MAX_CONSTRAINTS));
+    Some(StepConstraints::Counts {
+        inequalities: inequalities?,
+        equalities: equalities?,
+    })
+}
+
+/// Reads `constraints` of a finite-element model.
+pub fn read_chamber_constraints(
+    step: &Object<'_>,
+    body: Option<&StudyBody>,
+) -> Option<StepConstraints> {
+    let wall = body.map_or(DEFAULT_WALL_MM, |b| b.actuator.wall_mm);
+    let has_limit = body.is_none_or(|b| b.material.stretch_limit().is_some());
+    let Some(node) = step.get("constraints") else {
+        let constraints = ChamberConstraints {
+            wall_mm: wall,
+            spike_deg: DEFAULT_SPIKE_DEG,
+            stretch: StretchLimit::Material,
+            stretch_length_mm: DEFAULT_STRETCH_LENGTH_MM,
+        };
+        let complaint = stretch_complaint(&constraints, wall, has_limit, false);
+        if let Some((_, message)) = complaint {
+            step.fault("constraints", message);
+            return None;
+        }
+        return Some(StepConstraints::Chambers(constraints));
+    };
+    let object = node.object(&["wall_mm", "spike_deg", "stretch", "stretch_length_mm"])?;
+    let wall_mm = object.or("wall_mm", wall, Node::positive);
+    let spike_deg = object.or("spike_deg", DEFAULT_SPIKE_DEG, |n| n.number_in(0.1, 60.0));
+    let stretch = object.or("stretch", StretchLimit::Material, read_stretch);
+    let length = object.or(
+        "stretch_length_mm",
+        DEFAULT_STRETCH_LENGTH_MM,
+        Node::positive,
+    );
+    let constraints = ChamberConstraints {
+        wall_mm: wall_mm?,
+        spike_deg: spike_deg?,
+        stretch: stretch?,
+        stretch_length_mm: length?,
+    };
+    let given = object.has("stretch_length_mm");
+    if let Some((field, message)) = stretch_complaint(&constraints, wall, has_limit, given) {
+        object.fault(field, message);
+        return None;
+    }
+    Some(StepConstraints::Chambers(constraints))
+}
+
+fn read_stretch(node: &Node<'_>) -> Option<StretchLimit> {
+    match node.value().as_str() {
+        Some("material") => Some(StretchLimit::Material),
+        Some("off") => Some(StretchLimit::Off),
+        Some(other) => node.fault(format!(
+            "expected \"material\", \"off\" or a number above 1, found \"{other}\""
+        )),
+        None => {
+            let limit = node.number()?;
+            node.expect(
+                limit > 1.0 && limit <= 100.0,
+                &format!("a stretch limit is above 1 and at most 100, found {limit}"),
+            )?;
+            Some(StretchLimit::Value(limit))
+        }
+    }
+}
+
+/// What is wrong with the stretch limit, and in which field.
+fn stretch_complaint(
+    constraints: &ChamberConstraints,
+    wall_of_domains: f64,
+    has_limit: bool,
+    length_given: bool,
+) -> Option<(&'static str, String)> {
+    if constraints.stretch == StretchLimit::Material && !has_limit {
+        return Some((
+            "stretch",
+            "the material names no record with a stretch limit: give a number or \"off\"".into(),
+        ));
+    }
+    let (wall, length) = (
+        constraints.wall_mm.min(wall_of_domains),
+        constraints.stretch_length_mm,
+    );
+    let matters = length_given || constraints.stretch != StretchLimit::Off;
+    (matters && wall < 4.0 * length).then(|| {
+        (
+            "stretch_length_mm",
+            format!(
+                "walls of {wall} mm are thinner than four times the averaging radius of {length} mm"
+            ),
+        )
+    })
+}

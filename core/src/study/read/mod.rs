@@ -1,0 +1,13 @@
+//! Reads a study document, and answers every fault at once.
+
+mod constraints;
+mod model;
+mod optimiser;
+mod restarts;
+mod step;
+mod study;
+mod target;
+mod variables;
+
+pub use optimiser::Bounds;
+pub use study::read_study;

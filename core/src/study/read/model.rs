@@ -1,0 +1,109 @@
+//! Reads a step's model.
+
+use crate::document::{Node, Object};
+use crate::scene::validate::{
+    DEFAULT_TOLERANCE, read_contact, read_element, read_max_size, read_tolerance,
+};
+use crate::scene::{ContactMode, ElementChoice};
+use crate::study::spec::{CommandModel, FeCascade, Model, StudyBody};
+
+const MAX_ARGUMENTS: usize = 1000;
+const MAX_TIME_LIMIT_S: f64 = 1e6;
+
+/// Kinds of models.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// Finite elements.
+    FeCascade,
+    /// A program.
+    Command,
+    /// One that a later version has; it shares the fields of a finite-element model.
+    Later,
+}
+
+/// Reads the kind of a model.
+pub fn read_kind(model: &Node<'_>) -> Option<Kind> {
+    let kind = model.open()?.required("kind")?;
+    match kind.text()? {
+        "fe_cascade" => Some(Kind::FeCascade),
+        "command" => Some(Kind::Command),
+        later @ ("fe_direct" | "linear_transform" | "constant_strain") => {
+            kind.fault::<()>(format!(
+                "\"{later}\" is not available yet; use \"fe_cascade\" or \"command\""
+            ));
+            Some(Kind::Later)
+        }
+        other => kind.fault(format!(
+            "expected \"fe_cascade\" or \"command\", found \"{other}\""
+        )),
+    }
+}
+
+/// Reads a model of a known kind.
+pub fn read_model(
+    node: &Node<'_>,
+    kind: Kind,
+    body: Option<&StudyBody>,
+    allow_paths: bool,
+) -> Option<Model> {
+    let object = node.open()?;
+    match kind {
+        Kind::FeCascade => read_fe_cascade(&object, body).map(Model::FeCascade),
+        Kind::Command => read_command(&object, allow_paths).map(Model::Command),
+        Kind::Later => None,
+    }
+}
+
+fn read_fe_cascade(object: &Object<'_>, body: Option<&StudyBody>) -> Option<FeCascade> {
+    object.allow(&[
+        "kind",
+        "element",
+        "max_size_mm",
+        "relative_residual_force_tolerance",
+        "contact",
+    ]);
+    let area = body.map(|b| {
+        let [w, h] = b.actuator.unit_mm;
+        w * h * b.actuator.units as f64
+    });
+    let element = object.or("element", ElementChoice::Auto, read_element);
+    let max_size_mm = object.optional("max_size_mm", |n| read_max_size(n, area));
+    let tolerance = object.or(
+        "relative_residual_force_tolerance",
+        DEFAULT_TOLERANCE,
+        read_tolerance,
+    );
+    let contact = object.or("contact", ContactMode::Auto, read_contact);
+    Some(FeCascade {
+        element: element?,
+        max_size_mm: max_size_mm?,
+        relative_residual_force_tolerance: tolerance?,
+        contact: contact?,
+    })
+}
+
+fn read_command(object: &Object<'_>, allow_paths: bool) -> Option<CommandModel> {
+    object.allow(&["kind", "argv", "time_limit_s", "gradient"]);
+    let argv = object.required("argv").and_then(|n| {
+        if !allow_paths {
+            n.fault::<()>(
+                "a study over HTTP starts no programs and names no files; run it where they are",
+            );
+        }
+        n.each(1, MAX_ARGUMENTS, |a| match a.value().as_str() {
+            Some(text) if !text.contains('\0') => Some(text.to_string()),
+            _ => a.fault("expected a text"),
+        })
+    });
+    let time_limit_s = object.required("time_limit_s").and_then(|n| {
+        let limit = n.positive()?;
+        n.expect(limit <= MAX_TIME_LIMIT_S, "must be at most 1e6 s")?;
+        Some(limit)
+    });
+    let gradient = object.or("gradient", false, Node::boolean);
+    Some(CommandModel {
+        argv: argv?,
+        time_limit_s: time_limit_s?,
+        gradient: gradient?,
+    })
+}
