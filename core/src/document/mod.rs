@@ -1,5 +1,7 @@
 //! Documents as JSON values: parsing, overriding a field, and reading with every fault at once.
 
+#[cfg(test)]
+pub(crate) mod mutate;
 mod node;
 mod parse;
 mod set;

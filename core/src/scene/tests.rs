@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::*;
+use crate::document::mutate::for_each_mutation;
 use crate::document::set;
 
 fn base() -> Value {
@@ -380,4 +381,22 @@ fn a_mesh_file_is_looked_up_from_the_scenes_folder() {
         panic!("a mesh file")
     };
     assert_eq!(body.path, Path::new("some/folder/x.msh"));
+}
+
+#[test]
+fn no_single_odd_value_is_more_than_a_fault() {
+    for document in [base(), mesh_base()] {
+        let (mut read, mut refused) = (0, 0);
+        for_each_mutation(&document, &mut |odd| match read_scene(odd, Path::new("")) {
+            Ok(scene) => {
+                read += 1;
+                assert_eq!(read_scene(&scene.document(), Path::new("")), Ok(scene));
+            }
+            Err(faults) => {
+                refused += 1;
+                assert!(!faults.0.is_empty());
+            }
+        });
+        assert!(read > 10 && refused > 300, "{read} {refused}");
+    }
 }

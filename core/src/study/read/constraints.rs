@@ -33,7 +33,7 @@ pub fn read_chamber_constraints(
             stretch: StretchLimit::Material,
             stretch_length_mm: DEFAULT_STRETCH_LENGTH_MM,
         };
-        let complaint = stretch_complaint(&constraints, wall, has_limit, false);
+        let complaint = stretch_complaint(&constraints, wall, has_limit);
         if let Some((_, message)) = complaint {
             step.fault("constraints", message);
             return None;
@@ -55,8 +55,7 @@ pub fn read_chamber_constraints(
         stretch: stretch?,
         stretch_length_mm: length?,
     };
-    let given = object.has("stretch_length_mm");
-    if let Some((field, message)) = stretch_complaint(&constraints, wall, has_limit, given) {
+    if let Some((field, message)) = stretch_complaint(&constraints, wall, has_limit) {
         object.fault(field, message);
         return None;
     }
@@ -86,7 +85,6 @@ fn stretch_complaint(
     constraints: &ChamberConstraints,
     wall_of_domains: f64,
     has_limit: bool,
-    length_given: bool,
 ) -> Option<(&'static str, String)> {
     if constraints.stretch == StretchLimit::Material && !has_limit {
         return Some((
@@ -98,7 +96,7 @@ fn stretch_complaint(
         constraints.wall_mm.min(wall_of_domains),
         constraints.stretch_length_mm,
     );
-    let matters = length_given || constraints.stretch != StretchLimit::Off;
+    let matters = constraints.stretch != StretchLimit::Off;
     (matters && wall < 4.0 * length).then(|| {
         (
             "stretch_length_mm",

@@ -3,6 +3,7 @@
 use serde_json::json;
 
 use super::*;
+use crate::document::mutate::for_each_mutation;
 use crate::optimiser::{GradientSource, OptimiserOptions};
 use crate::scene::read_scene;
 
@@ -429,4 +430,26 @@ fn two_steps_need_two_names() {
     let step = document["step"][0].clone();
     document["step"].as_array_mut().expect("a list").push(step);
     assert_eq!(faults(&document), ["step[1].id"]);
+}
+
+#[test]
+fn no_single_odd_value_is_more_than_a_fault() {
+    for name in EXAMPLES {
+        let (mut read, mut refused) = (0, 0);
+        for_each_mutation(&example(name), &mut |odd| match read_study(odd, true) {
+            Ok(study) => {
+                read += 1;
+                assert_eq!(read_study(&study.document(), true), Ok(study.clone()));
+                for step in 0..study.steps.len() {
+                    assert!(study.problem(step).is_ok());
+                    assert!(!study.restarts(step).expect("restarts").is_empty(), "{odd}");
+                }
+            }
+            Err(faults) => {
+                refused += 1;
+                assert!(!faults.0.is_empty());
+            }
+        });
+        assert!(read > 10 && refused > 200, "{name}: {read} {refused}");
+    }
 }
