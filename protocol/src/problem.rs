@@ -68,6 +68,8 @@ kinds! {
     DRAINED = "urn:salp:drained", 409, "the worker was told to end";
     /// No token, or not the right one.
     UNAUTHORISED = "urn:salp:unauthorised", 401, "a token is needed";
+    /// A web page of another site asks, through the user's browser.
+    FOREIGN_ORIGIN = "urn:salp:foreign-origin", 403, "another site may not use this coordinator";
     /// The coordinator is going down.
     UNAVAILABLE = "urn:salp:unavailable", 503, "the coordinator is going down";
     /// A fault of ours.

@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use salp_core::fault::Faults;
 use salp_core::study::{EvaluationRequest, Outcome, OutcomeStatus};
-use salp_protocol::{ClaimRequest, EvaluationId, ReportRequest, StudyId, StudyState};
+use salp_protocol::{
+    Claim, ClaimRequest, EvaluationId, ReportRequest, StudyId, StudyState, WorkerIdentity,
+};
 use serde_json::Value;
 use tokio::sync::watch;
 use tokio::time::Instant;
@@ -223,12 +225,15 @@ impl Coordinator {
             for restart in answer.lost {
                 self.advance_in_background(restart);
             }
-            if !matches!(answer.claimed, Claimed::Nothing) {
-                if let Claimed::Work(claim) = &answer.claimed {
-                    info!(study = %claim.study, evaluation = %claim.evaluation, fence = claim.fence,
-                        attempt = claim.attempt, worker = %request.worker.id, "claimed");
-                    self.announce_news();
+            if let Claimed::Work { claim, key } = &answer.claimed {
+                info!(study = %claim.study, evaluation = %claim.evaluation, fence = claim.fence,
+                    attempt = claim.attempt, worker = %request.worker.id, "claimed");
+                self.announce_news();
+                if self.complete_known(&request.worker, claim, key).await? {
+                    continue;
                 }
+            }
+            if !matches!(answer.claimed, Claimed::Nothing) {
                 return Ok(answer.claimed);
             }
             let left = until.saturating_duration_since(Instant::now());
@@ -241,6 +246,42 @@ impl Coordinator {
                 () = tokio::time::sleep(left.min(LOOK_AGAIN)) => {}
             }
         }
+    }
+
+    /// Completes a claimed evaluation whose result has become known since it was asked for, or was known all along but
+    /// not to be used before a worker's claim bound the study to a build; false if it is to be computed.
+    async fn complete_known(
+        self: &Arc<Self>,
+        worker: &WorkerIdentity,
+        claim: &Claim,
+        key: &String,
+    ) -> Result<bool, CoordinatorError> {
+        let machine = self.machine(&claim.study).await?;
+        let bound_to = (worker.build.clone(), worker.instruction_set.clone());
+        let within = machine.starts_programs(claim.request.step);
+        let within = within.then_some(&claim.study);
+        let keys = std::slice::from_ref(key);
+        let known = self.store.known(keys, &bound_to, within).await?;
+        let Some(known) = known.into_iter().flatten().next() else {
+            return Ok(false);
+        };
+        let mut payer = worker.clone();
+        if let Some(id) = known.worker {
+            payer.id = id;
+        }
+        let report = AcceptedReport {
+            evaluation: claim.evaluation.clone(),
+            fence: claim.fence,
+            worker: payer,
+            verdict: machine.verdict(&claim.request, &known.outcome)?,
+            outcome: known.outcome,
+            cached_from: Some(known.evaluation),
+        };
+        if let Reported::Stored { restart, .. } = self.store.accept_result(report).await? {
+            self.announce_news();
+            self.advance_in_background(restart);
+        }
+        Ok(true)
     }
 
     fn announce_news(&self) {
@@ -284,6 +325,7 @@ impl Coordinator {
             worker,
             verdict: machine.verdict(&asked.request, &outcome)?,
             outcome,
+            cached_from: None,
         };
         let reported = if retried {
             let attempts = self.config.attempts;

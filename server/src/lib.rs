@@ -18,6 +18,8 @@
 //! | [`config`] | address, token, lease |
 
 pub mod config;
+#[cfg(feature = "conformance")]
+pub mod conformance;
 pub mod coordinator;
 pub mod curve;
 pub mod http;

@@ -119,7 +119,12 @@ pub struct KnownResult {
 #[derive(Clone, Debug)]
 pub enum Claimed {
     /// Work.
-    Work(Box<Claim>),
+    Work {
+        /// For the worker.
+        claim: Box<Claim>,
+        /// Key of the result.
+        key: String,
+    },
     /// None.
     Nothing,
     /// None for this worker: the waiting work belongs to another build or instruction set.
@@ -187,6 +192,8 @@ pub struct AcceptedReport {
     pub outcome: Outcome,
     /// Whether the point counts.
     pub verdict: Verdict,
+    /// Who paid for the outcome, where it was known; the worker is that of the payer then.
+    pub cached_from: Option<EvaluationId>,
 }
 
 /// What became of a report.

@@ -167,6 +167,8 @@ fn bad_requests_get_problem_documents_and_store_nothing() {
         ),
         (vec!["--data", "[]"], 422, "invalid-study"),
         (vec!["-X", "DELETE"], 405, "method-not-allowed"),
+        (vec!["-H", "Origin: http://evil.example"], 403, "foreign-origin"),
+        (vec!["-H", "Host: evil.example"], 403, "foreign-origin"),
     ] {
         let url = at("/v1/studies");
         let answer = curl(&[arguments, vec!["-i", &url]].concat());

@@ -7,6 +7,7 @@ mod results;
 mod studies;
 mod work;
 
+use std::net::IpAddr;
 use std::sync::Arc;
 
 use axum::Router;
@@ -77,8 +78,40 @@ async fn need_token(
             )
             .into());
         }
+    } else if !comes_from_here(&request) {
+        return Err(Problem::new(
+            problem::FOREIGN_ORIGIN,
+            "a coordinator without a token answers programs and pages of this machine only",
+        )
+        .into());
     }
     Ok(next.run(request).await)
+}
+
+/// Without a token, loopback is all the protection there is, and a browser lends it to every page: a page of another
+/// site shows itself by its origin, one that points its own name at 127.0.0.1 by the host it asks for.
+fn comes_from_here(request: &Request) -> bool {
+    let text = |name| {
+        request
+            .headers()
+            .get(name)
+            .map(|value| value.to_str().unwrap_or("?"))
+    };
+    let is_loopback = |authority: &str| {
+        let name = match authority.rsplit_once(':') {
+            Some((name, port)) if port.bytes().all(|b| b.is_ascii_digit()) => name,
+            _ => authority,
+        };
+        let address = name.trim_start_matches('[').trim_end_matches(']');
+        name.eq_ignore_ascii_case("localhost")
+            || address.parse().is_ok_and(|ip: IpAddr| ip.is_loopback())
+    };
+    let host = text(header::HOST);
+    let origin = text(header::ORIGIN);
+    host.is_none_or(is_loopback)
+        && origin.is_none_or(|origin| {
+            host.is_some_and(|host| origin.strip_prefix("http://") == Some(host))
+        })
 }
 
 async fn unknown_path(request: Request) -> Refusal {

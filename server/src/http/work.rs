@@ -37,7 +37,7 @@ pub async fn claim(
         .into());
     }
     Ok(match coordinator.claim(&request).await? {
-        Claimed::Work(claim) => Json(claim).into_response(),
+        Claimed::Work { claim, .. } => Json(claim).into_response(),
         Claimed::Nothing => nothing(),
         Claimed::Mismatch {
             build,

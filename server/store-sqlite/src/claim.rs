@@ -255,7 +255,7 @@ async fn take_best(
     }
     see_worker(tx, request, now).await?;
     let asked = sqlx::query!(
-        r#"SELECT e.request AS "request!: String", r.restart_index AS "restart_index!: i64",
+        r#"SELECT e.request AS "request!: String", e.result_key AS "result_key!: String", r.restart_index AS "restart_index!: i64",
                   s.document AS "document!: String"
            FROM evaluations e JOIN restarts r ON r.id = e.restart JOIN studies s ON s.id = e.study WHERE e.id = ?"#,
         best.next
@@ -268,7 +268,7 @@ async fn take_best(
     } else {
         Some(from_json("study", &asked.document)?)
     };
-    Ok(Claimed::Work(Box::new(Claim {
+    let claim = Box::new(Claim {
         evaluation: EvaluationId(best.next),
         fence: claim.fence,
         attempt: claim.attempt,
@@ -277,7 +277,11 @@ async fn take_best(
         restart: asked.restart_index as usize,
         document,
         request: from_json("request", &asked.request)?,
-    })))
+    });
+    Ok(Claimed::Work {
+        claim,
+        key: asked.result_key,
+    })
 }
 
 /// Tells a worker that gets nothing whether something waits for others.

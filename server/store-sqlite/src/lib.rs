@@ -18,6 +18,8 @@ mod report;
 mod rows;
 mod step;
 mod submit;
+#[cfg(test)]
+mod tests;
 
 use std::path::Path;
 use std::time::Duration;

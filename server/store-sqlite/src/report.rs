@@ -71,7 +71,7 @@ impl SqliteStore {
             key: &row.result_key,
             outcome: &report.outcome,
             verdict: report.verdict,
-            cached_from: None,
+            cached_from: report.cached_from.as_ref(),
             worker: Some(&report.worker.id.0),
             built: Some((&report.worker.build, &report.worker.instruction_set)),
             fence: row.fence,
@@ -85,9 +85,11 @@ impl SqliteStore {
         .execute(&mut *tx)
         .await
         .map_err(database(DOING))?;
+        let computed = i64::from(report.cached_from.is_none());
         sqlx::query!(
-            "UPDATE workers SET last_seen_ms = ?, evaluations = evaluations + 1 WHERE id = ?",
+            "UPDATE workers SET last_seen_ms = ?, evaluations = evaluations + ? WHERE id = ?",
             now,
+            computed,
             report.worker.id.0
         )
         .execute(&mut *tx)
