@@ -74,9 +74,10 @@ pub fn step(state: &OptimiserState, told: &[Told]) -> Step {
     }
 }
 
-/// Asks for the iterate again because the model's values have changed their meaning (a new mesh plan), and restarts the
-/// method's memories: conjugacy, step lengths, counts of consecutive small changes. What was asked before is void.
-/// A finished run, and a sweep, are left as they are.
+/// Asks for the iterate again because the model's values have changed their meaning (a new mesh plan), and forgets what
+/// rests on the old ones: the best point, conjugacy, counts of consecutive small changes, so that no stop test spans the
+/// change. Step lengths, scales and learnt curvature stay: they only guess at the next step. What was asked before is
+/// void. A finished run, and a sweep, are left as they are.
 pub fn rebase(state: &OptimiserState) -> Step {
     let mut state = state.clone();
     if let OptimiserState::Mmfd(mmfd) = &mut state {

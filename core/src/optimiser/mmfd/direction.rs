@@ -63,6 +63,8 @@ pub(super) struct Direction {
     pub tangent: Vec<(usize, f64)>,
     /// Variables pressed against an active bound.
     pub held: Vec<usize>,
+    /// The step to the first bound that is not yet active.
+    pub to_bound: Option<f64>,
     /// The step to the expected minimum, where the metric knows curvature.
     pub natural: Option<f64>,
 }
@@ -295,6 +297,7 @@ fn least_correction(at: &At<'_>) -> Option<Direction> {
         row_slopes,
         tangent: Vec::new(),
         held: Vec::new(),
+        to_bound: to_bound(at, &step),
         natural: None,
         step,
     })
@@ -412,9 +415,33 @@ fn finish(
         row_slopes,
         tangent: tangent(active, multipliers, length),
         held: held(active, multipliers),
+        to_bound: to_bound(at, &step),
         natural: at.metric.has_curvature().then_some(most),
         step,
     }
+}
+
+/// The step along a direction to the first bound ahead.
+fn to_bound(at: &At<'_>, step: &[f64]) -> Option<f64> {
+    let room = |i: usize| {
+        if step[i] > 0.0 {
+            at.problem.upper[i] - at.x[i]
+        } else {
+            at.x[i] - at.problem.lower[i]
+        }
+    };
+    let far = |i: &usize| {
+        let bound = if step[*i] > 0.0 {
+            at.problem.upper[*i]
+        } else {
+            at.problem.lower[*i]
+        };
+        step[*i] != 0.0 && room(*i) > 1e-6 * bound.abs().max(1.0)
+    };
+    (0..step.len())
+        .filter(far)
+        .map(|i| room(i) / step[i].abs())
+        .min_by(f64::total_cmp)
 }
 
 /// Constraint rows with a positive multiplier, in units of the objective per unit of the row.

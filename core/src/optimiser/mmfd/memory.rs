@@ -32,6 +32,8 @@ pub(super) struct Closing<'a> {
 pub(super) struct Memory {
     /// s: the method works in x / s.
     pub scale: Vec<f64>,
+    /// The largest scale that each variable has had.
+    largest_scale: Vec<f64>,
     /// Iteration at which the scales are due again.
     scale_due: usize,
     /// CT, from which rows are active.
@@ -61,6 +63,7 @@ impl Memory {
     pub fn new(options: &MmfdOptions, n: usize) -> Self {
         Self {
             scale: vec![1.0; n],
+            largest_scale: vec![0.0; n],
             scale_due: 0,
             ct: options.active_from,
             phi: FIRST_PHI,
@@ -78,14 +81,27 @@ impl Memory {
         }
     }
 
-    /// Takes the scales |x| again where they are due, and restarts conjugacy.
+    /// Forgets what rests on values that are no longer comparable: no stop test spans a change of the model.
+    pub fn forget_values(&mut self) {
+        self.conjugacy = Conjugacy::default();
+        self.small_absolute = 0;
+        self.small_relative = 0;
+        self.infeasible = 0;
+        self.progress.clear();
+    }
+
+    /// Takes the scales |x| again where they are due, and restarts conjugacy. A variable on its way through zero keeps a
+    /// tenth of the largest scale that it had, else its small scale would hold it there.
     pub fn rescale(&mut self, options: &MmfdOptions, x: &[f64], iteration: usize) {
         let every = options.scale_every.unwrap_or(x.len());
         if every > 0 && iteration >= self.scale_due {
-            self.scale = x
-                .iter()
-                .map(|x| if x.abs() > 1e-10 { x.abs() } else { 1.0 })
-                .collect();
+            for ((scale, largest), x) in self.scale.iter_mut().zip(&mut self.largest_scale).zip(x) {
+                *scale = x.abs().max(0.1 * *largest);
+                if *scale <= 1e-10 {
+                    *scale = 1.0;
+                }
+                *largest = largest.max(*scale);
+            }
             self.scale_due = iteration + every;
             self.conjugacy = Conjugacy::default();
         }
@@ -129,6 +145,12 @@ impl Memory {
                         alpha = alpha.min(at);
                     }
                 }
+            }
+            if !direction.tangent.is_empty()
+                && let Some(bound) = direction.to_bound.filter(|bound| *bound > 0.1 * alpha)
+            {
+                // Beyond a bound the ray bends, and is no longer tangent.
+                alpha = alpha.min(bound);
             }
             alpha
         } else {

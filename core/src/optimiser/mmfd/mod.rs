@@ -2,7 +2,20 @@
 //!
 //! Start -> gradient -> direction -> one-dimensional search with return to the boundary -> next gradient, until a stop
 //! rule holds. Sources: Vanderplaats, Numerical Optimization Techniques for Engineering Design; the user's manuals of
-//! CONMIN (NASA TM X-62,282) and ADS (NASA CR-177985); DOT's published parameters and defaults.
+//! CONMIN (NASA TM X-62,282) and ADS (NASA CR-177985); DOT's published parameters and defaults. DOT is closed: the rules,
+//! the defaults and the stop reasons are its own, the numbers between them cannot be.
+//!
+//! Choices where the sources are silent, each with what it is for:
+//! - *Complementarity*: a multiplier on a row that is not at its boundary shrinks CT instead of ending the run.
+//! - *Return to the boundary* ([`boundary`]): paid for once a search; until then trials are compared by the Lagrangian,
+//!   which is the objective after a return to first order ([`search`]).
+//! - *Curvature* ([`metric`]): where no constraint is active the direction is that of BFGS (DOT's own method without
+//!   constraints) rather than the conjugate one, on request everywhere.
+//! - *Scales* keep a tenth of the largest that each variable had, else a variable on its way through zero sticks there.
+//! - *Opposed rows*: of an equality's two sides only the violated one enters the direction, which is what keeps the
+//!   subproblem solvable.
+//! - *Failures*: a trial that fails shortens the step; where steps fail however short, the variable that moves most is
+//!   held for some iterations; a missing gradient is looked for nearer to the last iterate, then by differences.
 
 mod boundary;
 mod differences;
@@ -12,21 +25,22 @@ mod memory;
 mod metric;
 mod rows;
 mod search;
+mod transitions;
 
 use serde::{Deserialize, Serialize};
 
 use self::{
     differences::Differences,
-    direction::{At, Conjugacy, Found, find},
-    memory::{Closing, Memory},
-    metric::{Metric, Moves},
+    direction::Conjugacy,
+    memory::Memory,
+    metric::Moves,
     rows::Gradient,
-    search::{Next, Pending, Sample, Search, Setting},
+    search::{Pending, Search, Setting},
 };
 use super::{
-    contract::{Ask, AskKind, Told, Values},
+    contract::{Ask, AskKind, Told},
     options::{Curvature, GradientSource, MmfdOptions},
-    point::{Point, keep_best},
+    point::Point,
     problem::Problem,
     stop::StopReason,
 };
@@ -199,7 +213,8 @@ impl Mmfd {
         }
     }
 
-    /// Asks for the iterate again and forgets what its old values had taught.
+    /// Asks for the iterate again and forgets what its old values had taught. Scales, step lengths and curvature stay:
+    /// they are guesses at the next step, which no conclusion rests on.
     pub(super) fn rebase(&mut self) {
         if self.done().is_none() {
             self.phase = Phase::Start {
@@ -210,7 +225,7 @@ impl Mmfd {
             self.gradient = None;
             self.previous = None;
             self.best = None;
-            self.memory = Memory::new(&self.options, self.x.len());
+            self.memory.forget_values();
         }
     }
 
@@ -276,291 +291,6 @@ impl Mmfd {
                 .map(|(from, to)| from + fraction * (to - from))
                 .collect(),
             _ => self.x.clone(),
-        }
-    }
-
-    /// An answer that can be used.
-    fn usable<'a>(&self, told: Option<&'a Told>) -> Option<&'a Values> {
-        match told {
-            Some(Told::Values(values)) if self.problem.accepts(values) => Some(values),
-            _ => None,
-        }
-    }
-
-    fn note(&mut self, x: Vec<f64>, values: &Values) -> (Point, Option<Gradient>) {
-        let point = Point::new(&self.problem, x, values);
-        keep_best(&mut self.best, &point, self.options.violation_tolerance);
-        self.memory.note_progress(
-            self.cost(),
-            self.iteration,
-            self.best.as_ref(),
-            self.options.violation_tolerance,
-        );
-        let gradient = Gradient::of(&self.problem, values);
-        if gradient.is_some() {
-            self.gradients += 1;
-        }
-        (point, gradient)
-    }
-
-    /// What the run has cost: analyses, and the model's gradients.
-    fn cost(&self) -> usize {
-        match self.options.gradient {
-            GradientSource::Model => self.analyses + self.gradients,
-            GradientSource::Differences => self.analyses,
-        }
-    }
-
-    fn told_start(&mut self, attempt: usize, told: &[Told]) {
-        self.analyses += 1;
-        let x = self.nudged(attempt);
-        let Some(values) = self.usable(told.first()) else {
-            self.phase = if attempt + 1 < NUDGES.len() {
-                let replan = matches!(self.phase, Phase::Start { replan: true, .. });
-                Phase::Start {
-                    attempt: attempt + 1,
-                    replan,
-                }
-            } else {
-                Phase::Done(StopReason::FailedStart {
-                    attempts: attempt + 1,
-                })
-            };
-            return;
-        };
-        let (point, gradient) = self.note(x, values);
-        if point.constraints.iter().any(|g| g.abs() > 10.0) {
-            tracing::warn!("constraints beyond 10 in absolute value: normalise them to order one");
-        }
-        self.memory.absolute_tolerance = self
-            .options
-            .absolute_tolerance
-            .unwrap_or_else(|| (1e-4 * point.objective.abs()).max(1e-20));
-        self.x.clone_from(&point.x);
-        self.iterate = Some(point);
-        self.gradient = gradient;
-        self.open_iteration();
-    }
-
-    fn told_gradient(&mut self, backoff: usize, told: &[Told]) {
-        if backoff > 0 {
-            self.analyses += 1;
-        }
-        if let Some(values) = self.usable(told.first())
-            && Gradient::of(&self.problem, values).is_some()
-        {
-            if backoff > 0 {
-                let (point, gradient) = self.note(self.backed_off(backoff), values);
-                self.x.clone_from(&point.x);
-                self.iterate = Some(point);
-                self.gradient = gradient;
-                self.memory.conjugacy = Conjugacy::default();
-            } else {
-                self.gradients += 1;
-                self.gradient = Gradient::of(&self.problem, values);
-            }
-            self.open_search();
-        } else if self.previous.is_some() && backoff < BACKOFFS {
-            self.phase = Phase::ModelGradient {
-                backoff: backoff + 1,
-            };
-        } else {
-            self.ask_differences();
-        }
-    }
-
-    fn ask_differences(&mut self) {
-        let options = &self.options;
-        let differences = Differences::new(
-            &self.problem,
-            &self.x,
-            options.difference_step,
-            options.least_difference_step,
-        );
-        self.phase = if differences.len() == 0 {
-            Phase::Done(StopReason::KuhnTucker { residual: 0.0 })
-        } else {
-            Phase::Differences(differences)
-        };
-    }
-
-    fn told_differences(&mut self, mut differences: Differences, told: &[Told]) {
-        self.analyses += differences.len();
-        let points = differences.points(&self.x);
-        for (x, told) in points.into_iter().zip(told) {
-            if let Some(values) = self.usable(Some(told)) {
-                let point = Point::new(&self.problem, x, values);
-                keep_best(&mut self.best, &point, self.options.violation_tolerance);
-            }
-        }
-        self.memory.note_progress(
-            self.cost(),
-            self.iteration,
-            self.best.as_ref(),
-            self.options.violation_tolerance,
-        );
-        let Some(at) = &self.iterate else { return };
-        if !differences.tell(&self.problem, at, told) {
-            self.phase = Phase::Differences(differences);
-            return;
-        }
-        if let Some(gradient) = differences.gradient(self.problem.constraints()) {
-            self.gradient = Some(gradient);
-            self.gradients += 1;
-            self.open_search();
-        } else {
-            self.phase = Phase::Done(StopReason::NoGradient {
-                attempts: differences.attempts(),
-            });
-        }
-    }
-
-    /// Opens an iteration at the iterate: its gradient, unless known, then its direction.
-    fn open_iteration(&mut self) {
-        self.boundary = true;
-        if self.gradient.is_some() {
-            self.open_search();
-        } else if self.options.gradient == GradientSource::Model {
-            self.phase = Phase::ModelGradient { backoff: 0 };
-        } else {
-            self.ask_differences();
-        }
-    }
-
-    fn open_search(&mut self) {
-        let (Some(iterate), Some(gradient)) = (&self.iterate, &self.gradient) else {
-            return;
-        };
-        if self.options.curvature != Curvature::Never
-            && let Some(previous) = &self.previous
-        {
-            let here = gradient.lagrangian(&self.problem, &previous.tangent);
-            let difference = |to: &[f64], from: &[f64]| {
-                to.iter().zip(from).map(|(to, from)| to - from).collect()
-            };
-            self.memory.moves.learn(
-                difference(&iterate.x, &previous.x),
-                difference(&here, &previous.lagrangian),
-            );
-        }
-        self.memory
-            .rescale(&self.options, &iterate.x, self.iteration);
-        let g = rows::values(&self.problem, &iterate.constraints);
-        let feasible = iterate.violation <= self.options.violation_tolerance;
-        let metric = Metric::of(self.moves(iterate), &self.memory.scale);
-        let frozen = self.memory.frozen(self.iteration);
-        loop {
-            let at = At {
-                problem: &self.problem,
-                x: &iterate.x,
-                g: &g,
-                gradient,
-                scale: &self.memory.scale,
-                metric: &metric,
-                frozen: &frozen,
-                ct: self.memory.ct,
-                ctmin: self.options.violation_tolerance,
-                phi: self.memory.phi,
-                push_off: self.options.push_off,
-                stationary: 0.1 * self.memory.absolute_tolerance,
-            };
-            match find(&at, &mut self.memory.conjugacy) {
-                Found::Direction(direction) => {
-                    if feasible {
-                        self.multipliers =
-                            direction::told_multipliers(&self.problem, &direction.tangent);
-                    }
-                    let alpha =
-                        self.memory
-                            .first_step(&direction, iterate, &g, feasible, &self.options);
-                    self.phase = Phase::Search(Box::new(Search::new(direction, alpha, feasible)));
-                    return;
-                }
-                Found::KuhnTucker {
-                    residual,
-                    multipliers,
-                } => {
-                    self.multipliers = multipliers;
-                    self.phase = Phase::Done(if frozen.is_empty() {
-                        StopReason::KuhnTucker { residual }
-                    } else {
-                        StopReason::Blocked {
-                            directions: frozen.len(),
-                        }
-                    });
-                    return;
-                }
-                Found::NotComplementary => {
-                    self.memory.ct =
-                        -(0.3 * self.memory.ct.abs()).max(self.options.violation_tolerance);
-                }
-                Found::None => {
-                    self.phase = Phase::Done(StopReason::NoFeasibleDesign {
-                        iterations: self.memory.infeasible,
-                        violation: iterate.violation,
-                    });
-                    return;
-                }
-            }
-        }
-    }
-
-    fn told_search(&mut self, mut search: Search, told: &[Told]) {
-        self.analyses += 1;
-        let Some(x) = self.setting().map(|setting| search.x(&setting)) else {
-            return;
-        };
-        let outcome = self.usable(told.first()).map(|values| self.note(x, values));
-        let Some(setting) = self.setting() else {
-            return;
-        };
-        match search.tell(&setting, outcome) {
-            Next::Evaluate => self.phase = Phase::Search(Box::new(search)),
-            Next::Accept(sample) => self.close_iteration(&search, Some(*sample)),
-            Next::Fail => self.close_iteration(&search, None),
-        }
-    }
-
-    /// Moves to the accepted point, tests the stop rules, and opens the next iteration.
-    fn close_iteration(&mut self, search: &Search, accepted: Option<Sample>) {
-        let Some(from) = self.iterate.clone() else {
-            return;
-        };
-        self.iteration += 1;
-        let moved = accepted.is_some();
-        if let Some(sample) = accepted {
-            let tangent = search.direction.tangent.clone();
-            self.previous = self.gradient.take().map(|gradient| Previous {
-                x: from.x.clone(),
-                lagrangian: gradient.lagrangian(&self.problem, &tangent),
-                tangent,
-            });
-            self.x.clone_from(&sample.point.x);
-            self.gradient = sample.gradient;
-            self.iterate = Some(sample.point);
-        }
-        let Some(to) = &self.iterate else { return };
-        let reason = if moved || search.failures == 0 {
-            let closing = Closing {
-                from: &from,
-                to,
-                moved,
-                iteration: self.iteration,
-                cost: self.cost(),
-            };
-            self.memory.close(&self.options, &closing)
-        } else {
-            self.memory.block(&search.direction, self.iteration)
-        };
-        let unbounded = to.objective < UNBOUNDED;
-        if unbounded {
-            self.phase = Phase::Done(StopReason::Unbounded {
-                objective: to.objective,
-            });
-        } else if let Some(reason) = reason {
-            self.phase = Phase::Done(reason);
-        } else {
-            self.open_iteration();
         }
     }
 }

@@ -4,26 +4,23 @@
 //! first order the objective after a return to the boundary, so that a return is paid for once, at the end. From an
 //! infeasible one they are judged by their violation.
 
+mod feasible;
+mod infeasible;
+
 use serde::{Deserialize, Serialize};
 
 use super::{
     boundary,
     direction::Direction,
-    interpolation::{crossing, minimum},
     metric::{Metric, Moves},
     rows::{self, Gradient},
 };
 use crate::optimiser::{point::Point, problem::Problem};
 
-/// Trials that may extend the search, and that may shorten it while nothing better than the iterate is known.
-const MOST_EXTENSIONS: usize = 8;
+/// Trials that may shorten the step while nothing better than the iterate is known.
 const MOST_REDUCTIONS: usize = 8;
-/// Trials that may refine a bracket.
-const MOST_REFINEMENTS: usize = 2;
 /// Returns to the boundary from one trial.
 const MOST_RETURNS: usize = 2;
-/// Tangent rows may be violated this far before a first-order return is no longer believed.
-const TRUSTED_VIOLATION: f64 = 0.1;
 
 /// What a search is made from; the same at every call.
 pub(super) struct Setting<'a> {
@@ -201,158 +198,6 @@ impl Search {
                 .sum::<f64>()
     }
 
-    fn next_feasible(&mut self, setting: &Setting<'_>) -> Next {
-        let start = self.estimate(setting, setting.origin);
-        let mut upper = self.bad.iter().copied().fold(f64::INFINITY, f64::min);
-        let mut lower: Option<&Sample> = None;
-        let mut order: Vec<&Sample> = self.trials.iter().collect();
-        order.sort_by(|a, b| a.alpha.total_cmp(&b.alpha));
-        for sample in order {
-            if sample.alpha >= upper {
-                break;
-            }
-            let best = lower.map_or(start, |sample| sample.merit);
-            if sample.merit < best && self.believable(setting, &sample.point) {
-                lower = Some(sample);
-            } else {
-                upper = sample.alpha;
-            }
-        }
-        let Some(lower) = lower.cloned() else {
-            if self.reductions >= MOST_REDUCTIONS {
-                return Next::Fail;
-            }
-            self.reductions += 1;
-            let alpha = self
-                .shorter(setting, start, 0.0, upper)
-                .clamp(0.02 * upper, 0.5 * upper);
-            return self.try_at(alpha);
-        };
-        if upper.is_infinite() {
-            let wanted = self.longer(setting, start, &lower);
-            let saturated = self.on_ray(setting, 2.0 * lower.alpha) == lower.point.x;
-            if self.extensions >= MOST_EXTENSIONS || wanted <= 1.3 * lower.alpha || saturated {
-                return self.finalise(setting, &lower);
-            }
-            self.extensions += 1;
-            return self.try_at(wanted.min(5.0 * lower.alpha));
-        }
-        if self.refinements >= MOST_REFINEMENTS {
-            return self.finalise(setting, &lower);
-        }
-        let width = upper - lower.alpha;
-        let alpha = self
-            .shorter(setting, start, lower.alpha, upper)
-            .clamp(lower.alpha + 0.02 * width, lower.alpha + 0.98 * width);
-        if alpha - lower.alpha < 0.15 * lower.alpha {
-            return self.finalise(setting, &lower);
-        }
-        self.refinements += 1;
-        self.try_at(alpha)
-    }
-
-    /// Whether a trial's merit says what a return would give: no row is violated but tangent ones, and those little.
-    fn believable(&self, setting: &Setting<'_>, point: &Point) -> bool {
-        let g = rows::values(setting.problem, &point.constraints);
-        g.iter().enumerate().all(|(row, &g)| {
-            g <= setting.ctmin
-                || (g <= TRUSTED_VIOLATION
-                    && self
-                        .direction
-                        .tangent
-                        .iter()
-                        .any(|&(tangent, _)| tangent == row))
-        })
-    }
-
-    /// The step at which the next row is expected at its boundary, or the merit at its minimum, beyond `lower`.
-    fn longer(&self, setting: &Setting<'_>, start: f64, lower: &Sample) -> f64 {
-        let previous = self
-            .trials
-            .iter()
-            .filter(|sample| sample.alpha < lower.alpha)
-            .max_by(|a, b| a.alpha.total_cmp(&b.alpha));
-        let mut wanted = minimum(
-            start,
-            self.merit_slope(),
-            (lower.alpha, lower.merit),
-            previous.map(|sample| (sample.alpha, sample.merit)),
-        );
-        let from = rows::values(setting.problem, &setting.origin.constraints);
-        let to = rows::values(setting.problem, &lower.point.constraints);
-        for row in 0..from.len() {
-            if !self.is_tangent(row) {
-                let target = 0.5 * setting.ctmin;
-                let at = crossing(
-                    from[row],
-                    self.direction.row_slopes[row],
-                    lower.alpha,
-                    to[row],
-                    target,
-                );
-                if at > lower.alpha {
-                    wanted = wanted.min(at);
-                }
-            }
-        }
-        wanted
-    }
-
-    /// A step between `lower` and `upper`, from what is known at both and at the iterate.
-    fn shorter(&self, setting: &Setting<'_>, start: f64, lower: f64, upper: f64) -> f64 {
-        let Some(beyond) = self.trials.iter().find(|sample| sample.alpha == upper) else {
-            return 0.5 * (lower + upper);
-        };
-        let inside = self.trials.iter().find(|sample| sample.alpha == lower);
-        let mut wanted = minimum(
-            start,
-            self.merit_slope(),
-            (upper, beyond.merit),
-            inside.map(|sample| (sample.alpha, sample.merit)),
-        );
-        let from = rows::values(setting.problem, &setting.origin.constraints);
-        let to = rows::values(setting.problem, &beyond.point.constraints);
-        for row in 0..from.len() {
-            if self.is_tangent(row) {
-                if to[row] > TRUSTED_VIOLATION {
-                    // Curvature alone takes a tangent row away from its boundary.
-                    wanted = wanted.min(upper * (0.5 * TRUSTED_VIOLATION / to[row]).sqrt());
-                }
-            } else if to[row] > setting.ctmin {
-                let slope = self.direction.row_slopes[row];
-                wanted = wanted.min(crossing(
-                    from[row],
-                    slope,
-                    upper,
-                    to[row],
-                    0.5 * setting.ctmin,
-                ));
-            }
-        }
-        if wanted > lower && wanted < upper {
-            wanted
-        } else {
-            0.5 * (lower + upper)
-        }
-    }
-
-    /// d merit / d alpha at the iterate: tangent rows are flat there.
-    fn merit_slope(&self) -> f64 {
-        let rows = &self.direction.row_slopes;
-        let tangent = self.direction.tangent.iter();
-        self.direction.slope
-            + tangent
-                .map(|&(row, multiplier)| multiplier * rows[row])
-                .sum::<f64>()
-    }
-
-    fn is_tangent(&self, row: usize) -> bool {
-        self.direction
-            .tangent
-            .iter()
-            .any(|&(tangent, _)| tangent == row)
-    }
-
     fn try_at(&mut self, alpha: f64) -> Next {
         self.pending = Pending::Trial { alpha };
         Next::Evaluate
@@ -432,65 +277,5 @@ impl Search {
             }
         }
         best
-    }
-
-    fn next_infeasible(&mut self, setting: &Setting<'_>) -> Next {
-        let start = setting.origin.violation;
-        let newest = self.trials.iter().chain(&self.returned).last().cloned();
-        let best = self.best(setting);
-        if let Some(best) = &best
-            && (best.point.violation <= setting.ctmin || best.point.violation < 0.2 * start)
-        {
-            let feasible = self.lowest_feasible(setting);
-            return Next::Accept(Box::new(feasible.unwrap_or_else(|| best.clone())));
-        }
-        // From each trial one return: Newton's method on the violated rows.
-        if let Pending::Trial { alpha } = self.pending
-            && let Some(trial) = self
-                .trials
-                .iter()
-                .find(|sample| sample.alpha == alpha)
-                .cloned()
-            && let Some(x) = self.back(setting, &trial)
-        {
-            self.pending = Pending::Return { alpha, x, count: 1 };
-            return Next::Evaluate;
-        }
-        let alpha = match self.pending {
-            Pending::Trial { alpha } | Pending::Return { alpha, .. } => alpha,
-        };
-        match best {
-            Some(best) if best.point.violation < 0.8 * start => Next::Accept(Box::new(best)),
-            Some(best)
-                if newest.is_some_and(|newest| newest.alpha == best.alpha)
-                    && self.extensions < 3 =>
-            {
-                self.extensions += 1;
-                self.try_at(1.5 * alpha)
-            }
-            Some(best) if best.point.violation < (1.0 - 1e-3) * start => {
-                Next::Accept(Box::new(best))
-            }
-            _ if self.reductions < MOST_REDUCTIONS => {
-                self.reductions += 1;
-                let shortest = self
-                    .trials
-                    .iter()
-                    .map(|sample| sample.alpha)
-                    .chain(self.bad.iter().copied());
-                let alpha = shortest.fold(alpha, f64::min);
-                self.try_at(0.4 * alpha)
-            }
-            Some(best) => Next::Accept(Box::new(best)),
-            None => Next::Fail,
-        }
-    }
-
-    fn lowest_feasible(&self, setting: &Setting<'_>) -> Option<Sample> {
-        let points = self.trials.iter().chain(&self.returned);
-        points
-            .filter(|sample| sample.point.violation <= setting.ctmin)
-            .min_by(|a, b| a.point.objective.total_cmp(&b.point.objective))
-            .cloned()
     }
 }
