@@ -3,7 +3,7 @@
 use super::block::{PointSample, PointSensitivity, Pressures};
 use super::{BlockKernel, DofMap, Pattern};
 use crate::force::{cavity_pressure, traction};
-use crate::linear::{AnalysisFailed, Solver, nested_dissection};
+use crate::linear::{AnalysisFailed, Elements, Solver, nested_dissection};
 use crate::material::MaterialLaw;
 use crate::mesh::Discretisation;
 
@@ -123,19 +123,25 @@ impl System {
         })
     }
 
-    /// Analyses the tangent's pattern, ordered by nested dissection of the nodes.
+    /// Analyses the tangent's pattern, ordered by nested dissection of the elements.
     pub fn solver(&self) -> Result<Solver, AnalysisFailed> {
-        let n = self.body.mesh.nodes.len();
-        let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); n];
-        for block in &self.body.mesh.blocks {
-            for element in block.nodes.chunks_exact(block.kind.nodes()) {
-                for &a in element {
-                    neighbours[a as usize].extend_from_slice(element);
-                }
-            }
-        }
-        let nodes = nested_dissection(&self.body.mesh.nodes, |v| &neighbours[v as usize]);
-        let order: Vec<u32> = nodes
+        let mesh = &self.body.mesh;
+        let nodes: Vec<&[u32]> = mesh
+            .blocks
+            .iter()
+            .flat_map(|b| b.nodes.chunks_exact(b.kind.nodes()))
+            .collect();
+        let centroid = nodes
+            .iter()
+            .map(|element| {
+                let share = 1.0 / element.len() as f64;
+                element.iter().fold([0.0; 2], |c, &v| {
+                    let x = mesh.nodes[v as usize];
+                    [c[0] + share * x[0], c[1] + share * x[1]]
+                })
+            })
+            .collect();
+        let order: Vec<u32> = nested_dissection(&Elements { nodes, centroid }, mesh.nodes.len())
             .iter()
             .flat_map(|&node| [self.dofs.unknown(node, 0), self.dofs.unknown(node, 1)])
             .filter(|&u| u != DofMap::FIXED)

@@ -4,7 +4,9 @@ pub mod analysis;
 mod answer;
 mod gradient;
 mod scene;
+mod study;
 
 pub use answer::{LeftOut, SceneAnswer, SceneStatus};
 pub use gradient::{CheckLine, Difference, GradientAnswer, check_bound, check_gradient};
 pub use scene::{SceneOptions, SceneSolution, solve_scene};
+pub use study::evaluate;

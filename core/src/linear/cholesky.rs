@@ -103,6 +103,11 @@ impl Solver {
         self.symbolic.nrows()
     }
 
+    /// Numbers that a factor holds.
+    pub fn len_values(&self) -> usize {
+        self.values.len()
+    }
+
     /// The factor that `solve` uses.
     pub fn factor(&self) -> Factor {
         self.factor

@@ -4,4 +4,4 @@ mod cholesky;
 mod nested_dissection;
 
 pub use cholesky::{AnalysisFailed, Factor, Solver};
-pub use nested_dissection::nested_dissection;
+pub use nested_dissection::{Elements, nested_dissection};
