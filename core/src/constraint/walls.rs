@@ -244,18 +244,20 @@ fn to_segment(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> (f64, f64) {
     (distance(p, [a[0] + t * d[0], a[1] + t * d[1]]), t)
 }
 
+/// Where two segments cross, each end clearly on its own side: segments of one straight wall are collinear to round-off.
 fn intersection(p: &Segment, q: &Segment) -> Option<[f64; 2]> {
-    let d = [p.b[0] - p.a[0], p.b[1] - p.a[1]];
-    let e = [q.b[0] - q.a[0], q.b[1] - q.a[1]];
-    let r = [q.a[0] - p.a[0], q.a[1] - p.a[1]];
-    let det = d[0] * e[1] - d[1] * e[0];
-    if det == 0.0 {
+    const CLEAR_MM: f64 = 1e-9;
+    let side = |s: &Segment, c: [f64; 2]| {
+        let d = [s.b[0] - s.a[0], s.b[1] - s.a[1]];
+        (d[0] * (c[1] - s.a[1]) - d[1] * (c[0] - s.a[0])) / d[0].hypot(d[1]).max(f64::MIN_POSITIVE)
+    };
+    let apart = |a: f64, b: f64| a.min(b) < -CLEAR_MM && a.max(b) > CLEAR_MM;
+    let (a, b) = (side(p, q.a), side(p, q.b));
+    if !apart(a, b) || !apart(side(q, p.a), side(q, p.b)) {
         return None;
     }
-    let t = (r[0] * e[1] - r[1] * e[0]) / det;
-    let s = (r[0] * d[1] - r[1] * d[0]) / det;
-    ((0.0..1.0).contains(&t) && (0.0..1.0).contains(&s))
-        .then(|| [p.a[0] + t * d[0], p.a[1] + t * d[1]])
+    let t = a / (a - b);
+    Some(std::array::from_fn(|i| q.a[i] + t * (q.b[i] - q.a[i])))
 }
 
 /// Segments by the cells of a uniform grid that their boxes touch.
@@ -344,6 +346,15 @@ mod tests {
         let rest = vec![[0.; 2]; x.len()];
         assert!((walls.least_gap(&x, &rest).unwrap() - 15.0).abs() < 1e-12);
         assert_eq!(walls.crossing(&x, &rest), None);
+    }
+
+    #[test]
+    fn a_slanted_wall_does_not_cross_itself() {
+        let (boundary, x) = void(&[[0.1, 0.3], [40.7, 7.9], [33.3, 21.7], [3.1, 17.3]], 37);
+        assert_eq!(
+            Walls::new(&boundary, &x).crossing(&x, &vec![[0.; 2]; x.len()]),
+            None
+        );
     }
 
     #[test]
