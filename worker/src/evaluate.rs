@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
+use salp_core::equilibrium::{Observer, Phase};
+use salp_core::evaluate::evaluate;
 use salp_core::study::spec::{CommandModel, Model};
 use salp_core::study::{EvaluationRequest, Outcome, OutcomeStatus, Study, read_study};
 use serde_json::Value;
@@ -70,9 +72,20 @@ impl Models {
                 };
                 program.evaluate(&request.x, request.want_gradient, cancel)
             }
-            Some(Model::FeCascade(_)) => timed(|| not_converged("no finite elements".into())),
+            Some(Model::FeCascade(_)) => timed(|| evaluate(study, request, &mut Watch(cancel))),
             None => not_converged(format!("the study has no step {}", request.step)),
         }
+    }
+}
+
+/// Passes the cancel flag to the solver, which asks at every Newton iteration.
+struct Watch<'a>(&'a dyn Fn() -> bool);
+
+impl Observer for Watch<'_> {
+    fn enter(&mut self, _phase: Phase) {}
+
+    fn cancelled(&self) -> bool {
+        (self.0)()
     }
 }
 
