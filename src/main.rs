@@ -1,6 +1,23 @@
 //! The one executable: `salp`. One file per verb; none has logic of its own.
 
+mod client;
+mod command;
+mod curve;
+mod failure;
+mod gradient;
+mod input;
+mod list;
+mod material;
+mod new;
+mod output;
+mod run;
 mod serve;
+mod shape;
+mod show;
+mod solve;
+mod stopwatch;
+mod submit;
+mod watch;
 mod work;
 
 use std::process::ExitCode;
@@ -8,38 +25,125 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
 
+use failure::Failure;
+use output::Output;
+
 /// Designs soft pneumatic actuators.
+///
+/// Exit codes: 0 done, 1 a failed run, 2 bad input, 3 paused or interrupted.
 #[derive(Parser)]
-#[command(name = "salp", version)]
+#[command(name = "salp", version, propagate_version = true)]
 struct Arguments {
     #[command(subcommand)]
     verb: Verb,
+    /// Prints one JSON document on standard output (JSON lines for `watch`); logs stay on standard error
+    #[arg(long, global = true)]
+    json: bool,
+    /// Logs as JSON lines
+    #[arg(long, global = true)]
+    log_json: bool,
 }
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Runs the coordinator.
+    /// One finite-element analysis of a scene
+    Solve(solve::Solve),
+    /// A scene's objective and its gradient; with --check held against central differences
+    Gradient(gradient::Gradient),
+    /// Writes a commented study
+    New(new::New),
+    /// A whole study on this machine: coordinator, workers, report
+    Run(run::Run),
+    /// The coordinator
     Serve(serve::Serve),
-    /// Runs a worker for a coordinator.
+    /// Workers for a coordinator
     Work(work::Work),
+    /// Submits a study to a coordinator
+    Submit(submit::Submit),
+    /// Lists the studies of a coordinator
+    Ls(list::List),
+    /// Shows a study with its restarts
+    Show(show::Show),
+    /// Follows a study until it ends
+    Watch(watch::Watch),
+    /// Run time against objective of a study
+    Curve(curve::CurveVerb),
+    /// Cancels a study
+    Cancel(command::Command),
+    /// Pauses a study: nothing more is handed out
+    Pause(command::Command),
+    /// Resumes a paused study
+    Resume(command::Command),
+    /// The material records
+    Material(material::Material),
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    let filter = EnvFilter::try_from_env("SALP_LOG").unwrap_or_else(|_| EnvFilter::new("info"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .init();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return refuse(&error),
+    };
+    start_logs(&arguments);
+    let output = Output {
+        json: arguments.json,
+    };
     let ended = match arguments.verb {
-        Verb::Serve(serve) => serve.run(),
-        Verb::Work(work) => work.run(),
+        Verb::Solve(verb) => verb.run(output),
+        Verb::Gradient(verb) => verb.run(output),
+        Verb::New(verb) => verb.run(output),
+        Verb::Run(verb) => verb.run(output),
+        Verb::Serve(verb) => verb.run(output),
+        Verb::Work(verb) => verb.run(output),
+        Verb::Submit(verb) => verb.run(output),
+        Verb::Ls(verb) => verb.run(output),
+        Verb::Show(verb) => verb.run(output),
+        Verb::Watch(verb) => verb.run(output),
+        Verb::Curve(verb) => verb.run(output),
+        Verb::Cancel(verb) => verb.run("cancel", output),
+        Verb::Pause(verb) => verb.run("pause", output),
+        Verb::Resume(verb) => verb.run("resume", output),
+        Verb::Material(verb) => verb.run(output),
     };
     match ended {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("salp: {failure}");
-            ExitCode::FAILURE
+            output.failure(&failure);
+            failure.exit_code()
         }
+    }
+}
+
+/// Help and version are answers; anything else is bad input, told like that of a document.
+fn refuse(error: &clap::Error) -> ExitCode {
+    // A reader that went away is no failure.
+    let _ = error.print();
+    if !error.use_stderr() {
+        return ExitCode::SUCCESS;
+    }
+    let json = std::env::args_os().any(|argument| argument == "--json");
+    let said = error.to_string();
+    let said = said.lines().next().unwrap_or_default();
+    let failure = Failure::fault("arguments", said.trim_start_matches("error: "));
+    if let (true, Some(document)) = (json, failure.document()) {
+        Output { json }.line(&document.to_string());
+    }
+    failure.exit_code()
+}
+
+/// Logs go to standard error. `SALP_LOG` filters them; coordinator and workers say what they do, other verbs only what
+/// goes wrong.
+fn start_logs(arguments: &Arguments) {
+    let usual = match arguments.verb {
+        Verb::Serve(_) | Verb::Work(_) => "info",
+        _ => "warn",
+    };
+    let filter = EnvFilter::try_from_env("SALP_LOG").unwrap_or_else(|_| EnvFilter::new(usual));
+    let logs = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr);
+    if arguments.log_json {
+        logs.json().init();
+    } else {
+        logs.init();
     }
 }

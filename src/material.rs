@@ -1,0 +1,92 @@
+//! `salp material list|show`: the material records.
+
+use clap::{Args, Subcommand};
+use salp_core::material::records::{MaterialRecord, RECORDS, find};
+use salp_core::scene::material_document;
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+use crate::output::{Output, number, table};
+
+/// Arguments of `salp material`.
+#[derive(Args)]
+pub struct Material {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// All records
+    List,
+    /// One record with its parameters, convention and source
+    Show {
+        /// Its name
+        name: String,
+    },
+}
+
+impl Material {
+    /// Prints records.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        match self.verb {
+            Verb::List => {
+                let all: Vec<Value> = RECORDS.iter().map(document).collect();
+                output.print(&json!({ "materials": all }), list);
+            }
+            Verb::Show { name } => {
+                let record = find(&name).ok_or_else(|| {
+                    let names: Vec<&str> = RECORDS.iter().map(|r| r.name).collect();
+                    let message =
+                        format!("no record is named {name}; there are {}", names.join(", "));
+                    Failure::fault("name", message)
+                })?;
+                output.print(&document(record), || text(record));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn document(record: &MaterialRecord) -> Value {
+    json!({
+        "name": record.name,
+        "law": material_document(&record.law),
+        "convention": record.convention(),
+        "shear_modulus_mpa": record.law.shear_modulus_mpa(),
+        "source": record.source,
+        "fit_stretch": record.fit_stretch,
+        "elongation_at_break": record.elongation_at_break,
+        "stretch_limit": record.stretch_limit(),
+    })
+}
+
+fn list() -> String {
+    let rows: Vec<Vec<String>> = RECORDS
+        .iter()
+        .map(|record| {
+            vec![
+                record.name.to_owned(),
+                number(Some(record.law.shear_modulus_mpa())),
+                number(record.stretch_limit()),
+            ]
+        })
+        .collect();
+    table(&["record", "mu (MPa)", "stretch limit"], &rows)
+}
+
+fn text(record: &MaterialRecord) -> String {
+    format!(
+        "{}\nlaw (MPa)      {}\nconvention     {}\nmu             {} MPa\nstretch limit  {}\nfit to stretch {}\nbreaks at      {}\nsource         {}",
+        record.name,
+        material_document(&record.law),
+        record.convention(),
+        number(Some(record.law.shear_modulus_mpa())),
+        number(record.stretch_limit()),
+        number(record.fit_stretch),
+        record
+            .elongation_at_break
+            .map_or_else(|| "-".into(), |e| format!("{:.0} % elongation", 100.0 * e)),
+        record.source
+    )
+}

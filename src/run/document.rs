@@ -1,0 +1,168 @@
+//! The results of a study as the document that `salp run --json` prints.
+
+use salp_core::study::Study;
+use salp_protocol::{
+    Axis, Best, Candidate, Curve, EvaluationRow, RestartView, StepState, StudyId, StudyState,
+    StudyView,
+};
+use salp_worker::Client;
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+use crate::show::stop_reason;
+
+/// Everything that a report needs.
+pub struct Results {
+    /// The study.
+    pub view: StudyView,
+    /// Its restarts.
+    pub restarts: Vec<RestartView>,
+    /// Its ledger, by restart in the optimiser's order.
+    pub ledger: Vec<EvaluationRow>,
+    /// Its candidates.
+    pub candidates: Vec<Candidate>,
+    /// Run time against objective.
+    pub curve: Curve,
+    /// How many candidates each step keeps.
+    keeps: Vec<usize>,
+    /// Wall time, s.
+    pub seconds: f64,
+}
+
+impl Results {
+    /// Asks the coordinator for everything.
+    pub fn fetch(
+        client: &Client,
+        id: &StudyId,
+        study: &Study,
+        seconds: f64,
+    ) -> Result<Self, Failure> {
+        let mut ledger = client.evaluations(id, true)?;
+        ledger.sort_by_key(|row| (row.step, row.restart, row.batch, row.batch_index));
+        Ok(Self {
+            view: client.study(id)?,
+            restarts: client.restarts(id)?,
+            ledger,
+            candidates: client.candidates(id)?,
+            curve: client.curve(id, Axis::Cpu)?,
+            keeps: study.steps.iter().map(|step| step.keeps).collect(),
+            seconds,
+        })
+    }
+
+    /// Why the study failed.
+    pub fn failure(&self) -> Option<&str> {
+        self.view.failure.as_deref()
+    }
+
+    /// The best point of the last step that has one, and that step's index.
+    pub fn best(&self) -> Option<(usize, &Best)> {
+        self.view
+            .steps
+            .iter()
+            .enumerate()
+            .rev()
+            .find_map(|(step, view)| Some((step, view.best.as_ref()?)))
+    }
+
+    /// The document.
+    pub fn document(&self, state: StudyState) -> Value {
+        let steps: Vec<Value> = (0..self.view.steps.len())
+            .map(|step| self.step(step, state))
+            .collect();
+        json!({
+            "study_id": self.view.id,
+            "status": state,
+            "steps": steps,
+            "seconds": self.seconds,
+        })
+    }
+
+    fn step(&self, step: usize, state: StudyState) -> Value {
+        let view = &self.view.steps[step];
+        let status = match (view.state, state) {
+            (StepState::Running, StudyState::Done) => "done".to_owned(),
+            (StepState::Running, state) => state.to_string(),
+            (state, _) => json!(state).as_str().unwrap_or_default().to_owned(),
+        };
+        let best = view.best.as_ref().map(|best| {
+            json!({
+                "x": best.x,
+                "objective": best.objective,
+                "max_violation": best.max_violation,
+                "evaluation": best.evaluation,
+            })
+        });
+        let candidates: Vec<Value> = self
+            .candidates
+            .iter()
+            .filter(|c| c.step == step)
+            .take(self.keeps.get(step).copied().unwrap_or(usize::MAX))
+            .map(|c| {
+                json!({
+                    "x": c.x,
+                    "objective": c.objective,
+                    "constraints": c.constraints,
+                    "restart": c.restart,
+                })
+            })
+            .collect();
+        let restarts: Vec<Value> = self
+            .restarts
+            .iter()
+            .filter(|r| r.step == step)
+            .map(|r| self.restart(r))
+            .collect();
+        json!({
+            "id": view.id,
+            "status": status,
+            "best": best,
+            "candidates": candidates,
+            "restarts": restarts,
+        })
+    }
+
+    fn restart(&self, restart: &RestartView) -> Value {
+        let rows: Vec<&EvaluationRow> = self
+            .ledger
+            .iter()
+            .filter(|row| (row.step, row.restart) == (restart.step, restart.index))
+            .filter(|row| row.finished_ms.is_some())
+            .collect();
+        let summary = &restart.summary;
+        let said = |name: &str| summary.get(name).cloned().unwrap_or(Value::Null);
+        let x: Option<Vec<f64>> = serde_json::from_value(said("x")).ok();
+        // The optimiser keeps no violation of its final point; the ledger does.
+        let max_violation = rows
+            .iter()
+            .rfind(|row| Some(&row.x) == x.as_ref() && row.objective.is_some())
+            .and_then(|row| row.max_violation);
+        json!({
+            "index": restart.index,
+            "seed": said("seed"),
+            "stop_reason": stop_reason(summary),
+            "analyses": said("analyses"),
+            "gradients": said("gradients"),
+            "iterations": said("iterations"),
+            "x": x,
+            "objective": said("objective"),
+            "max_violation": max_violation,
+            "history_sha256": restart.history_sha256,
+            "history": rows.into_iter().map(entry).collect::<Vec<Value>>(),
+        })
+    }
+}
+
+fn entry(row: &EvaluationRow) -> Value {
+    json!({
+        "evaluation": row.evaluation,
+        "kind": row.kind,
+        "x": row.x,
+        "objective": row.objective,
+        "constraints": row.outcome.as_ref().map_or(&[][..], |o| &o.constraints),
+        "iteration": row.iteration,
+        "outcome": row.status,
+        "cpu_s": row.cpu_s,
+        "worker": row.worker,
+    })
+}

@@ -1,0 +1,205 @@
+//! The folder of a run: one study, one running process.
+//!
+//! | file | what |
+//! |---|---|
+//! | `run.json` | the study, the address, the process and its workers |
+//! | `store.db` | the coordinator's store |
+//! | `logs/` | what each worker said |
+//! | `report/` | curve, best design, summary, ledger |
+//! | `lock` | held while a process works here |
+
+use std::fs::{File, TryLockError};
+use std::path::{Path, PathBuf};
+
+use salp_core::study::Study;
+use salp_protocol::StudyId;
+use salp_worker::identity::{BUILD, instruction_set};
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+use crate::output::write_file;
+
+/// `run.json`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct RunRecord {
+    /// Name of the study.
+    name: String,
+    /// Hash of the resolved study.
+    fingerprint: String,
+    /// Build and instruction set that evaluate; a study is bit-identical on one only.
+    build: String,
+    /// Id of the study in the store, once it is there.
+    study_id: Option<StudyId>,
+    /// Address of the coordinator.
+    url: Option<String>,
+    /// Process of the coordinator.
+    pid: u32,
+    /// Processes of the workers.
+    workers: Vec<u32>,
+    /// Wall time so far, over all runs in this folder, s.
+    seconds: f64,
+}
+
+/// A locked folder.
+pub struct RunFolder {
+    path: PathBuf,
+    record: RunRecord,
+    /// Held until the end of the process, however it ends.
+    _lock: File,
+}
+
+impl RunFolder {
+    /// Opens or creates the folder of a study; `fresh` removes what an earlier run left.
+    pub fn open(path: PathBuf, study: &Study, fresh: bool) -> Result<Self, Failure> {
+        let refused = |why: String| Failure::fault("out", format!("{} {why}", path.display()));
+        std::fs::create_dir_all(&path).map_err(|e| refused(format!("cannot be created: {e}")))?;
+        let lock = File::create(path.join("lock"))
+            .map_err(|e| refused(format!("cannot be written to: {e}")))?;
+        let earlier = read_record(&path.join("run.json"));
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                let who = earlier.ok().flatten().map_or_else(String::new, |record| {
+                    format!(
+                        " (process {}, {})",
+                        record.pid,
+                        record.url.unwrap_or_default()
+                    )
+                });
+                return Err(refused(format!("is in use by another salp run{who}")));
+            }
+            Err(TryLockError::Error(e)) => return Err(refused(format!("cannot be locked: {e}"))),
+        }
+        if fresh {
+            clear(&path)?;
+        }
+        let mut record = RunRecord {
+            name: study.name.clone(),
+            fingerprint: study.fingerprint(),
+            build: format!("{BUILD} {}", instruction_set()),
+            study_id: None,
+            url: None,
+            pid: std::process::id(),
+            workers: Vec::new(),
+            seconds: 0.0,
+        };
+        match if fresh { Ok(None) } else { earlier } {
+            Err(why) => {
+                return Err(refused(format!(
+                    "holds a run.json that cannot be read: {why}"
+                )));
+            }
+            Ok(Some(old)) if old.fingerprint != record.fingerprint => {
+                let hash: String = old.fingerprint.chars().take(8).collect();
+                return Err(refused(format!(
+                    "holds another study, {} with hash {hash}; --fresh starts over, --out takes another folder",
+                    old.name
+                )));
+            }
+            Ok(Some(old)) if old.build != record.build => {
+                return Err(refused(
+                    "was begun by another build or on another instruction set; --fresh starts over"
+                        .into(),
+                ));
+            }
+            Ok(Some(old)) => {
+                record.seconds = old.seconds;
+                record.study_id = old.study_id;
+            }
+            Ok(None) if path.join("store.db").exists() => {
+                return Err(refused(
+                    "holds a store without run.json; --fresh starts over".into(),
+                ));
+            }
+            Ok(None) => {}
+        }
+        let folder = Self {
+            path,
+            record,
+            _lock: lock,
+        };
+        folder.save()?;
+        Ok(folder)
+    }
+
+    /// A path in the folder.
+    pub fn at(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// The coordinator's store.
+    pub fn store(&self) -> PathBuf {
+        self.at("store.db")
+    }
+
+    /// Wall time so far, s.
+    pub fn seconds(&self) -> f64 {
+        self.record.seconds
+    }
+
+    /// Notes the study and the address.
+    pub fn begun(&mut self, id: &StudyId, url: &str) -> Result<(), Failure> {
+        self.record.study_id = Some(id.clone());
+        self.record.url = Some(url.to_owned());
+        self.save()
+    }
+
+    /// Notes the workers.
+    pub fn workers(&mut self, pids: Vec<u32>) -> Result<(), Failure> {
+        self.record.workers = pids;
+        self.save()
+    }
+
+    /// Notes that nothing runs any more.
+    pub fn ended(&mut self, seconds: f64) -> Result<(), Failure> {
+        self.record.url = None;
+        self.record.workers.clear();
+        self.record.seconds = seconds;
+        self.save()
+    }
+
+    fn save(&self) -> Result<(), Failure> {
+        let text = serde_json::to_string_pretty(&self.record).unwrap_or_default();
+        write_file(&self.at("run.json"), &text)
+    }
+}
+
+fn read_record(file: &Path) -> Result<Option<RunRecord>, String> {
+    match std::fs::read_to_string(file) {
+        Ok(text) => serde_json::from_str(&text)
+            .map(Some)
+            .map_err(|e| e.to_string()),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(e.to_string()),
+    }
+}
+
+/// Removes what a run leaves, and nothing else.
+fn clear(path: &Path) -> Result<(), Failure> {
+    for name in [
+        "run.json",
+        "store.db",
+        "store.db-wal",
+        "store.db-shm",
+        "logs",
+        "report",
+    ] {
+        let path = path.join(name);
+        let removed = if path.is_dir() {
+            std::fs::remove_dir_all(&path)
+        } else {
+            std::fs::remove_file(&path)
+        };
+        match removed {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                return Err(Failure::File {
+                    doing: "remove",
+                    path,
+                    source,
+                });
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,176 @@
+//! `salp run`: a whole study on this machine. The coordinator runs in this process on a SQLite file in DIR, workers are
+//! child processes, and a report is written at the end. The same study in the same DIR goes on where it was.
+
+mod coordinator;
+mod document;
+mod folder;
+mod progress;
+mod report;
+mod workers;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use clap::Args;
+use salp_core::fault::Faults;
+use salp_core::study::spec::Model;
+use salp_core::study::{Study, read_study};
+use salp_protocol::{StudyId, StudyState};
+use salp_worker::Client;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::flag;
+
+use crate::failure::Failure;
+use crate::input::DocumentArguments;
+use crate::output::{Output, note};
+use coordinator::Coordinator;
+use document::Results;
+use folder::RunFolder;
+use progress::Progress;
+use workers::Workers;
+
+/// Arguments of `salp run`.
+#[derive(Args)]
+pub struct Run {
+    #[command(flatten)]
+    study: DocumentArguments,
+    /// Worker processes [default: one per core]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    workers: Option<u16>,
+    /// Folder of the results [default: salp-out/<name>-<first 8 of the study's hash>]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Starts over: removes what an earlier run left in the folder
+    #[arg(long)]
+    fresh: bool,
+    /// Lets the study start its programs
+    #[arg(long)]
+    allow_commands: bool,
+}
+
+impl Run {
+    /// Runs, resumes, or reports again.
+    pub fn run(self, output: Output) -> Result<(), Failure> {
+        let study = read_study(&self.study.read()?, true)?;
+        self.check_programs(&study)?;
+        let count = self.workers.map_or_else(cores, usize::from);
+        let interrupted = interrupted()?;
+        let mut folder = RunFolder::open(self.folder(&study), &study, self.fresh)?;
+        let coordinator = Coordinator::start(&folder.store(), self.allow_commands)?;
+        let client = coordinator.client();
+        // The resolved document: the same study is the same text, whatever its file looks like.
+        let created = client.submit(&study.document(), Some(&study.fingerprint()))?;
+        folder.begun(&created.id, coordinator.url())?;
+        let began = Instant::now();
+        let before = folder.seconds();
+        let programs = self.allow_commands.then(|| self.study.folder().to_owned());
+        let state = carry_out(
+            &client,
+            &created.id,
+            &study,
+            |state| {
+                if state.is_final() {
+                    return Ok(None);
+                }
+                Workers::start(&mut folder, coordinator.url(), count, programs.as_deref()).map(Some)
+            },
+            &interrupted,
+        )?;
+        folder.ended(before + began.elapsed().as_secs_f64())?;
+        let results = Results::fetch(&client, &created.id, &study, folder.seconds())?;
+        coordinator.stop()?;
+        let document = results.document(state);
+        if state == StudyState::Paused {
+            if output.json {
+                output.line(&document.to_string());
+            }
+            return Err(Failure::Paused);
+        }
+        let text = report::write(&folder, &study, &results, &document)?;
+        output.print(&document, || text);
+        match (state, results.failure()) {
+            (StudyState::Failed, why) => Err(Failure::Study(why.unwrap_or_default().to_owned())),
+            (StudyState::Cancelled, _) => Err(Failure::Study("it was cancelled".into())),
+            _ => Ok(()),
+        }
+    }
+
+    fn folder(&self, study: &Study) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| {
+            let hash: String = study.fingerprint().chars().take(8).collect();
+            PathBuf::from("salp-out").join(format!("{}-{hash}", study.name))
+        })
+    }
+
+    fn check_programs(&self, study: &Study) -> Result<(), Failure> {
+        let mut faults = Faults::default();
+        for (i, step) in study.steps.iter().enumerate() {
+            if matches!(step.model, Model::Command(_)) && !self.allow_commands {
+                faults.add(
+                    format!("step[{i}].model"),
+                    "starts a program: say --allow-commands if you trust it",
+                );
+            }
+        }
+        Ok(faults.check(())?)
+    }
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Set at the first SIGINT, SIGTERM or SIGHUP; the second one ends this process at once, and its children with it.
+fn interrupted() -> Result<Arc<AtomicBool>, Failure> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        flag::register_conditional_shutdown(signal, 3, Arc::clone(&interrupted))
+            .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
+            .map_err(|source| Failure::System {
+                doing: "take signals",
+                source,
+            })?;
+    }
+    Ok(interrupted)
+}
+
+/// Follows the study until it ends or is interrupted; then it is paused, and every worker has ended.
+fn carry_out(
+    client: &Client,
+    id: &StudyId,
+    study: &Study,
+    start_workers: impl FnOnce(StudyState) -> Result<Option<Workers>, Failure>,
+    interrupted: &AtomicBool,
+) -> Result<StudyState, Failure> {
+    let mut state = client.study(id)?.state;
+    if state == StudyState::Paused {
+        state = client.command(id, "resume")?.state;
+    }
+    let Some(mut workers) = start_workers(state)? else {
+        return Ok(state);
+    };
+    let mut progress = Progress::new(study);
+    loop {
+        let asked_to_end = interrupted.load(Ordering::Relaxed);
+        state = client.study(id)?.state;
+        if state.is_final() || asked_to_end {
+            progress.follow(client, id, 0.0)?;
+            break;
+        }
+        progress.follow(client, id, 0.4)?;
+        workers.look_after()?;
+    }
+    progress.finish();
+    if !state.is_final() {
+        note("pausing: evaluations under way are given back");
+        match client.command(id, "pause") {
+            Ok(view) => state = view.state,
+            // It may have ended in this very moment.
+            Err(_) => state = client.study(id)?.state,
+        }
+    }
+    workers.end(!state.is_final());
+    Ok(state)
+}

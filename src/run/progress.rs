@@ -1,0 +1,213 @@
+//! A line per restart on standard error: redrawn in place on a terminal, said now and then elsewhere.
+
+use std::io::{IsTerminal as _, Write as _};
+use std::time::{Duration, Instant};
+
+use salp_core::scene::Orientation;
+use salp_core::study::Study;
+use salp_protocol::{Event, StudyId};
+use salp_worker::Client;
+
+use crate::failure::Failure;
+use crate::output::number;
+
+/// Between two redraws of a terminal.
+const REDRAW: Duration = Duration::from_millis(250);
+/// Between two lines of a restart where nobody redraws.
+const SAY_AGAIN: Duration = Duration::from_secs(20);
+
+/// What is known of each restart.
+pub struct Progress {
+    lines: Vec<Line>,
+    after: i64,
+    began: Instant,
+    terminal: bool,
+    drawn_at: Option<Instant>,
+    drawn_lines: usize,
+}
+
+struct Line {
+    step: usize,
+    index: usize,
+    label: String,
+    evaluations: u64,
+    best: Option<f64>,
+    done: Option<String>,
+    seen: bool,
+    said: Option<(Instant, u64)>,
+    /// When it had ended, for its elapsed time.
+    ended: Option<Instant>,
+}
+
+impl Progress {
+    /// Of a study whose events were not seen yet.
+    pub fn new(study: &Study) -> Self {
+        let mut lines = Vec::new();
+        for (step, s) in study.steps.iter().enumerate() {
+            // A step whose starts cannot be drawn failed when it was submitted.
+            for (index, label) in labels(study, step).into_iter().enumerate() {
+                lines.push(Line {
+                    step,
+                    index,
+                    label: format!("{} {label}", s.id),
+                    evaluations: 0,
+                    best: None,
+                    done: None,
+                    seen: false,
+                    said: None,
+                    ended: None,
+                });
+            }
+        }
+        Self {
+            lines,
+            after: 0,
+            began: Instant::now(),
+            terminal: std::io::stderr().is_terminal(),
+            drawn_at: None,
+            drawn_lines: 0,
+        }
+    }
+
+    /// Takes up the events since the last call; waits for one up to `wait_s`.
+    pub fn follow(&mut self, client: &Client, id: &StudyId, wait_s: f64) -> Result<(), Failure> {
+        let mut wait_s = wait_s;
+        loop {
+            let events = client.events(id, self.after, wait_s)?;
+            wait_s = 0.0;
+            for event in &events {
+                self.after = event.id;
+                self.take(event);
+            }
+            if events.is_empty() {
+                break;
+            }
+        }
+        self.draw(false);
+        Ok(())
+    }
+
+    fn take(&mut self, event: &Event) {
+        let field = |name: &str| event.data.get(name);
+        let whole = |name: &str| field(name).and_then(serde_json::Value::as_u64);
+        let (Some(step), Some(index)) = (whole("step"), whole("restart")) else {
+            return;
+        };
+        let line = self
+            .lines
+            .iter_mut()
+            .find(|l| (l.step as u64, l.index as u64) == (step, index));
+        let Some(line) = line else {
+            return;
+        };
+        line.seen = true;
+        let says = |name: &str| field(name).and_then(serde_json::Value::as_bool);
+        match event.kind.as_str() {
+            "evaluation" => {
+                line.evaluations += 1;
+                let objective = field("objective").and_then(serde_json::Value::as_f64);
+                let counts = says("counts")
+                    .unwrap_or(says("feasible") == Some(true) && says("overlap") != Some(true));
+                if let (Some(objective), true) = (objective, counts) {
+                    line.best = Some(line.best.map_or(objective, |best| best.min(objective)));
+                }
+            }
+            "restart" if field("state").and_then(|s| s.as_str()) == Some("done") => {
+                let reason = event.data.get("summary").and_then(crate::show::stop_reason);
+                line.done = Some(reason.unwrap_or("done").to_owned());
+                line.ended = Some(Instant::now());
+            }
+            _ => {}
+        }
+    }
+
+    fn draw(&mut self, last: bool) {
+        let now = Instant::now();
+        if self.terminal {
+            if !last && self.drawn_at.is_some_and(|at| now - at < REDRAW) {
+                return;
+            }
+            self.drawn_at = Some(now);
+            let texts: Vec<String> = self
+                .lines
+                .iter()
+                .filter(|l| l.seen)
+                .map(|l| self.text(l))
+                .collect();
+            let mut out = String::new();
+            if self.drawn_lines > 0 {
+                out += &format!("\x1b[{}A", self.drawn_lines);
+            }
+            for text in &texts {
+                out += &format!("\x1b[2K{text}\n");
+            }
+            self.drawn_lines = texts.len();
+            let _ = write!(std::io::stderr().lock(), "{out}");
+            return;
+        }
+        for i in 0..self.lines.len() {
+            let line = &self.lines[i];
+            let due = match line.said {
+                None => line.evaluations > 0 || line.done.is_some(),
+                Some((at, evaluations)) => {
+                    let news = evaluations != line.evaluations;
+                    let ended = line.done.is_some() && evaluations != u64::MAX;
+                    ended || (news && line.done.is_none() && (last || now - at >= SAY_AGAIN))
+                }
+            };
+            if due {
+                let text = self.text(line);
+                crate::output::note(&text);
+                let evaluations = if line.done.is_some() {
+                    u64::MAX
+                } else {
+                    line.evaluations
+                };
+                self.lines[i].said = Some((now, evaluations));
+            }
+        }
+    }
+
+    fn text(&self, line: &Line) -> String {
+        let elapsed = line.ended.unwrap_or_else(Instant::now) - self.began;
+        format!(
+            "{}: {} evaluations, best {}, {:.1} s{}",
+            line.label,
+            line.evaluations,
+            number(line.best),
+            elapsed.as_secs_f64(),
+            line.done
+                .as_ref()
+                .map_or_else(String::new, |why| format!(", ended: {why}"))
+        )
+    }
+
+    /// Says where everything stands.
+    pub fn finish(&mut self) {
+        self.draw(true);
+    }
+}
+
+/// A name for each restart of a step: its number, start and sense.
+pub fn labels(study: &Study, step: usize) -> Vec<String> {
+    let specs = study.restarts(step).unwrap_or_default();
+    specs
+        .iter()
+        .map(|spec| {
+            let start = serde_json::json!(spec.start_kind);
+            let words = [
+                start.as_str(),
+                spec.orientation.map(|o| match o {
+                    Orientation::CounterClockwise => "counter-clockwise",
+                    Orientation::Clockwise => "clockwise",
+                }),
+            ];
+            let words: Vec<&str> = words.into_iter().flatten().collect();
+            if words.is_empty() {
+                format!("restart {}", spec.index)
+            } else {
+                format!("restart {} ({})", spec.index, words.join(", "))
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,302 @@
+//! The report folder: curve, best design, summary, ledger.
+
+use std::collections::BTreeMap;
+
+use salp_core::evaluate::{SceneOptions, solve_scene};
+use salp_core::fault::Faults;
+use salp_core::geometry::MeshPlan;
+use salp_core::scene::{Orientation, Scene};
+use salp_core::study::Study;
+use salp_core::study::spec::StepConstraints;
+use salp_protocol::Best;
+use serde_json::{Value, json};
+
+use super::document::Results;
+use super::folder::RunFolder;
+use super::progress::labels;
+use crate::failure::Failure;
+use crate::output::{number, write_file};
+use crate::shape::{Numbers, picture};
+use crate::stopwatch::Stopwatch;
+
+/// Writes everything; answers the summary.
+pub fn write(
+    folder: &RunFolder,
+    study: &Study,
+    results: &Results,
+    document: &Value,
+) -> Result<String, Failure> {
+    let at = |name: &str| folder.at("report").join(name);
+    let pretty = |value: &Value| serde_json::to_string_pretty(value).unwrap_or_default();
+    write_file(&at("result.json"), &document.to_string())?;
+    write_file(&at("curve.csv"), &crate::curve::csv(&results.curve))?;
+    write_file(&at("ledger.csv"), &ledger_csv(results))?;
+    let mut lines = counts(results);
+    let mut caption = Vec::new();
+    let mut summary = json!({ "study_id": results.view.id, "name": study.name });
+    match results.best() {
+        None => lines.push("no feasible design without overlapping walls was found".into()),
+        Some((step, best)) => {
+            let label = labels(study, step).into_iter().nth(best.restart);
+            lines.push(format!(
+                "best objective {} in {}, evaluation {}, largest violation {}",
+                number(Some(best.objective)),
+                label.unwrap_or_else(|| format!("restart {}", best.restart)),
+                best.evaluation,
+                number(Some(best.max_violation))
+            ));
+            if let Some((scene, plan_base)) = winner(study, results, step, best) {
+                caption = Numbers::of(&scene).lines();
+                caption.push(limits(study, step));
+                summary["numbers"] = numbers(&scene);
+                write_file(&at("best.json"), &pretty(&scene.document()))?;
+                let plan = plan_base.and_then(|base| study.mesh_plan(step, &base).ok().flatten());
+                let drawn = draw(study, &scene, plan, &caption)?;
+                write_file(&at("best.svg"), &drawn.svg)?;
+                lines.extend(drawn.lines);
+                summary["enclosed_area_mm2"] = json!(drawn.enclosed_area_mm2);
+            } else {
+                write_file(
+                    &at("best.json"),
+                    &pretty(&json!({ "x": best.x, "objective": best.objective })),
+                )?;
+            }
+            summary["best"] = json!(best);
+        }
+    }
+    lines.extend(caption.iter().cloned());
+    let is_area = !caption.is_empty();
+    let unit = if is_area { " (mm\u{b2})" } else { "" };
+    let label = |step: usize, index: usize| {
+        let label = labels(study, step).into_iter().nth(index);
+        label.unwrap_or_else(|| format!("restart {index}"))
+    };
+    let curve = crate::curve::picture(&results.curve, &study.name, unit, label, caption);
+    write_file(&at("curve.svg"), &curve.svg())?;
+    summary["restarts"] = json!(results.restarts.len());
+    summary["evaluations"] = json!(results.view.counts.answered);
+    summary["cpu_s"] = json!(cpu_s(results));
+    summary["wall_s"] = json!(results.seconds);
+    summary["evaluations_by_worker"] = json!(by_worker(results));
+    summary["text"] = json!(lines);
+    write_file(&at("summary.json"), &pretty(&summary))?;
+    lines.push(format!("report in {}", folder.at("report").display()));
+    let text = format!("{}\n{}", study.name, lines.join("\n"));
+    write_file(&at("summary.txt"), &format!("{text}\n"))?;
+    Ok(text)
+}
+
+fn counts(results: &Results) -> Vec<String> {
+    let counts = &results.view.counts;
+    let workers = by_worker(results);
+    let shares: Vec<String> = workers.values().map(usize::to_string).collect();
+    vec![
+        format!(
+            "{}: {} restarts, {} evaluations ({} without values, {} alarms)",
+            results.view.state,
+            results.restarts.len(),
+            counts.answered,
+            counts.without_values,
+            counts.alarms
+        ),
+        format!(
+            "{} s of CPU in {} s of wall time; {} worker processes took part ({} evaluations)",
+            number(Some(cpu_s(results))),
+            number(Some(results.seconds)),
+            workers.len(),
+            shares.join(" + ")
+        ),
+    ]
+}
+
+/// CPU time that was spent: a known result costs nothing again.
+fn cpu_s(results: &Results) -> f64 {
+    results
+        .ledger
+        .iter()
+        .filter(|row| row.cached_from.is_none())
+        .filter_map(|row| row.cpu_s)
+        .sum()
+}
+
+fn by_worker(results: &Results) -> BTreeMap<String, usize> {
+    let mut workers = BTreeMap::new();
+    for row in &results.ledger {
+        if let (Some(worker), None) = (&row.worker, &row.cached_from) {
+            *workers.entry(worker.to_string()).or_insert(0) += 1;
+        }
+    }
+    workers
+}
+
+/// The scene of the best design, and the design of its mesh plan; `None` for programs.
+fn winner(
+    study: &Study,
+    results: &Results,
+    step: usize,
+    best: &Best,
+) -> Option<(Scene, Option<Vec<f64>>)> {
+    let restart = results
+        .restarts
+        .iter()
+        .find(|r| (r.step, r.index) == (step, best.restart))?;
+    let said = |path: &str| {
+        restart
+            .summary
+            .pointer(path)
+            .cloned()
+            .unwrap_or(Value::Null)
+    };
+    let orientation: Option<Orientation> = serde_json::from_value(said("/orientation")).ok()?;
+    let plan_base: Option<Vec<f64>> = serde_json::from_value(said("/best/plan_base")).ok()?;
+    let scene = study.scene(step, &best.x, orientation).ok()?;
+    Some((scene, plan_base))
+}
+
+struct Drawn {
+    svg: String,
+    enclosed_area_mm2: Option<f64>,
+    lines: Vec<String>,
+}
+
+/// Solves the best design once more, on the mesh of its evaluation, and draws it.
+fn draw(
+    study: &Study,
+    scene: &Scene,
+    plan: Option<MeshPlan>,
+    caption: &[String],
+) -> Result<Drawn, Failure> {
+    let options = SceneOptions {
+        fields: true,
+        plan,
+        ..SceneOptions::default()
+    };
+    let solution = solve_scene(scene, &options, &mut Stopwatch::start())?;
+    let answer = &solution.answer;
+    let mut lines = Vec::new();
+    if let Some(area) = answer.enclosed_area_mm2 {
+        let sense = if area >= 0.0 {
+            "counter-clockwise"
+        } else {
+            "clockwise"
+        };
+        let pivots = answer
+            .path
+            .iter()
+            .map(|s| s.negative_pivots)
+            .max()
+            .unwrap_or(0);
+        let stretch = answer
+            .path
+            .iter()
+            .map(|s| s.max_stretch)
+            .fold(1.0, f64::max);
+        lines.push(format!(
+            "enclosed area {} mm\u{b2}, {sense}; largest averaged stretch {}; {pivots} negative pivots; {}",
+            number(Some(area.abs())),
+            number(Some(stretch)),
+            if answer.walls_overlap.as_ref().is_some_and(|o| !o.corner_fold) {
+                "walls overlap"
+            } else {
+                "no walls overlap"
+            }
+        ));
+    }
+    let svg = match &solution.body {
+        Some(body) => picture(
+            &format!("{}: best design", study.name),
+            scene,
+            &solution,
+            body,
+            caption,
+        ),
+        None => return Err(Failure::BadInput(Faults::default())),
+    };
+    Ok(Drawn {
+        svg,
+        enclosed_area_mm2: answer.enclosed_area_mm2,
+        lines,
+    })
+}
+
+fn numbers(scene: &Scene) -> Value {
+    let numbers = Numbers::of(scene);
+    json!({
+        "p_over_mu": numbers.p_over_mu,
+        "pressure_kpa": numbers.pressure_kpa,
+        "mu_mpa": numbers.mu_mpa,
+        "schedule_kpa": scene.actuation.rows_kpa,
+        "units": numbers.units,
+        "tip_mm": numbers.tip.map(|(_, at)| at),
+    })
+}
+
+/// What every counted design satisfies, and what is off.
+fn limits(study: &Study, step: usize) -> String {
+    let (Some(body), Some(step)) = (&study.body, study.steps.get(step)) else {
+        return String::new();
+    };
+    let StepConstraints::Chambers(constraints) = &step.constraints else {
+        return String::new();
+    };
+    let stretch = body.stretch_limit(constraints).map_or_else(
+        || "stretch limit off".to_owned(),
+        |limit| {
+            format!(
+                "averaged stretch \u{2264} {} (radius {} mm)",
+                number(Some(limit)),
+                constraints.stretch_length_mm
+            )
+        },
+    );
+    let material = body
+        .material
+        .record
+        .as_deref()
+        .unwrap_or("given by the study");
+    format!(
+        "limits: {stretch}; walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; no overlapping walls, no negative pivots; load margin off; material {material}",
+        constraints.wall_mm, constraints.spike_deg
+    )
+}
+
+fn ledger_csv(results: &Results) -> String {
+    let mut text = String::from(
+        "evaluation,step,restart,batch,batch_index,kind,iteration,status,objective,max_violation,feasible,overlap,cached_from,wall_s,cpu_s,worker,attempt,created_ms,finished_ms,x\n",
+    );
+    for row in &results.ledger {
+        let x: Vec<String> = row.x.iter().map(f64::to_string).collect();
+        let cells = [
+            row.evaluation.to_string(),
+            row.step.to_string(),
+            row.restart.to_string(),
+            row.batch.to_string(),
+            row.batch_index.to_string(),
+            row.kind.clone(),
+            row.iteration.to_string(),
+            row.status.clone(),
+            cell(row.objective),
+            cell(row.max_violation),
+            row.feasible.to_string(),
+            row.overlap.to_string(),
+            cell(row.cached_from.as_ref()),
+            cell(row.wall_s),
+            cell(row.cpu_s),
+            row.worker
+                .as_ref()
+                .map_or_else(String::new, |w| w.0.replace([',', '"', '\n'], "_")),
+            row.attempt.to_string(),
+            row.created_ms.to_string(),
+            cell(row.finished_ms),
+            x.join(" "),
+        ];
+        text += &cells.join(",");
+        text.push('\n');
+    }
+    text
+}
+
+/// Empty where there is none.
+fn cell<T: std::fmt::Display>(value: Option<T>) -> String {
+    value.map_or_else(String::new, |v| v.to_string())
+}
