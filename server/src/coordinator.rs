@@ -185,7 +185,7 @@ impl Coordinator {
             document,
             fingerprint: machine.study().fingerprint(),
             steps: machine.steps().len(),
-            mixed_hardware: false,
+            mixed_hardware: machine.study().mixed_hardware,
             idempotency_key,
             body_sha256,
             restarts,

@@ -162,12 +162,16 @@ fn bad_requests_get_problem_documents_and_store_nothing() {
     for (arguments, status, kind) in [
         (
             vec!["--data", "{", "-H", "Content-Type: application/json"],
-            400,
-            "invalid-body",
+            422,
+            "invalid-study",
         ),
         (vec!["--data", "[]"], 422, "invalid-study"),
         (vec!["-X", "DELETE"], 405, "method-not-allowed"),
-        (vec!["-H", "Origin: http://evil.example"], 403, "foreign-origin"),
+        (
+            vec!["-H", "Origin: http://evil.example"],
+            403,
+            "foreign-origin",
+        ),
         (vec!["-H", "Host: evil.example"], 403, "foreign-origin"),
     ] {
         let url = at("/v1/studies");
@@ -334,6 +338,12 @@ fn workers_of_another_build_and_without_programs_are_told_why() {
             .contains("is bound to build 1 on abacus"),
         "{refused}"
     );
+    let mut mixed = study(0.0);
+    mixed["mixed_hardware"] = json!(true);
+    let mixed = coordinator.submit(&mixed);
+    for build in ["2", "3"] {
+        assert_eq!(claim(build, true).unwrap().unwrap().study, mixed);
+    }
 }
 
 #[test]

@@ -20,6 +20,9 @@ pub struct Study {
     /// What the finite-element models of the steps share; `None` where every step is a command model.
     #[serde(flatten)]
     pub body: Option<StudyBody>,
+    /// Whether workers of any build and instruction set may join: its history is then the same to solver tolerance only.
+    #[serde(skip_serializing_if = "is_false")]
+    pub mixed_hardware: bool,
     /// The steps, in the document's order.
     #[serde(rename = "step")]
     pub steps: Vec<StudyStep>,
@@ -327,6 +330,14 @@ fn actuation_as_document<S: Serializer>(
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     crate::scene::actuation::actuation_document(cycle).serialize(serializer)
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature that serde asks for"
+)]
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 #[expect(

@@ -6,6 +6,7 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use salp_core::document::{parse_json, parse_toml};
 use salp_protocol::problem::{self, Problem};
 use salp_protocol::{
     Best, EvaluationId, StepState, StepView, StudyCreated, StudyId, StudyPage, StudyState,
@@ -18,7 +19,7 @@ use sha2::{Digest, Sha256};
 use super::Shared;
 use super::answer::{Body, Parameters, PathId, Refusal, unknown_study};
 use crate::config::hex;
-use crate::coordinator::{Coordinator, Submission};
+use crate::coordinator::{Coordinator, CoordinatorError, Submission};
 use crate::store::{Command, Commanded, StoredBest, StoredStudy};
 
 /// Longest Idempotency-Key.
@@ -59,17 +60,18 @@ pub async fn submit(
 }
 
 fn read_document(headers: &HeaderMap, body: &[u8]) -> Result<Value, Refusal> {
-    let refuse = |fault: String| Refusal::from(Problem::new(problem::INVALID_BODY, fault));
+    let text = std::str::from_utf8(body)
+        .map_err(|fault| Problem::new(problem::INVALID_BODY, fault.to_string()))?;
     let is_toml = headers
         .get(header::CONTENT_TYPE)
         .and_then(|value| value.to_str().ok())
         .is_some_and(|value| value.contains("toml"));
-    if is_toml {
-        let text = std::str::from_utf8(body).map_err(|fault| refuse(fault.to_string()))?;
-        toml::from_str(text).map_err(|fault| refuse(fault.to_string()))
+    let document = if is_toml {
+        parse_toml(text)
     } else {
-        serde_json::from_slice(body).map_err(|fault| refuse(fault.to_string()))
-    }
+        parse_json(text)
+    };
+    document.map_err(|faults| CoordinatorError::Faults(faults).into())
 }
 
 fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Refusal> {

@@ -48,9 +48,11 @@ fn read_root(node: &Node<'_>, allow_paths: bool) -> Option<Study> {
         "actuator",
         "material",
         "actuation",
+        "mixed_hardware",
         "step",
     ])?;
     let name = root.required("name").and_then(|n| read_name(&n));
+    let mixed_hardware = root.or("mixed_hardware", false, Node::boolean);
     let steps = root.required("step");
     let has_chambers = steps
         .as_ref()
@@ -79,6 +81,7 @@ fn read_root(node: &Node<'_>, allow_paths: bool) -> Option<Study> {
     Some(Study {
         name: name?,
         body: body?,
+        mixed_hardware: mixed_hardware?,
         steps,
     })
 }
