@@ -16,6 +16,8 @@ pub struct ServerConfig {
     pub lease: Duration,
     /// Claims of an evaluation before it ends as `lost`.
     pub attempts: i64,
+    /// Its workers are children that end with it: leases found at the start are void, and nobody waits for their end.
+    pub workers_end_with_it: bool,
     /// Takes studies whose models are programs; they run on workers that allow it.
     pub allow_commands: bool,
     /// Largest body of a request, bytes.
@@ -36,6 +38,7 @@ impl ServerConfig {
             token,
             lease: Duration::from_secs(15),
             attempts: 5,
+            workers_end_with_it: false,
             allow_commands: false,
             body_limit: 4 << 20,
         })

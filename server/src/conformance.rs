@@ -139,10 +139,12 @@ async fn leases_are_fenced(store: &dyn Store) {
     assert!(matches!(held, Held::Yes { .. }));
     assert!(store.release(&first.evaluation, 1).await.unwrap());
     assert!(!store.release(&first.evaluation, 1).await.unwrap());
+    claim(store).await;
+    store.release_all().await.unwrap();
     let second = claim(store).await;
     assert_eq!(
         (second.fence, second.attempt),
-        (2, 1),
+        (3, 1),
         "a release costs no attempt"
     );
     let stale = store.renew(&first.evaluation, 1, LEASE_MS).await.unwrap();
@@ -158,7 +160,7 @@ async fn leases_are_fenced(store: &dyn Store) {
         }
     );
     let row = &store.ledger(&study, 0, 10, true).await.unwrap()[0];
-    assert_eq!((row.objective, row.fence), (Some(1.0), 2));
+    assert_eq!((row.objective, row.fence), (Some(1.0), 3));
     end(store, &study).await;
 }
 

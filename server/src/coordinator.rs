@@ -101,6 +101,9 @@ impl Coordinator {
 
     /// Takes up what a crash left behind: results without their step, ended steps, cancellations.
     pub async fn recover(self: &Arc<Self>) -> Result<(), StoreError> {
+        if self.config.workers_end_with_it {
+            self.store.release_all().await?;
+        }
         for restart in self.store.unstepped().await? {
             info!(
                 restart = restart.0,

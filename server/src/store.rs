@@ -416,6 +416,8 @@ pub trait Store: Send + Sync {
     ) -> Result<Reported, StoreError>;
     /// Puts an evaluation back that its worker gave up; the attempt does not count. False where the fence does not hold.
     async fn release(&self, evaluation: &EvaluationId, fence: i64) -> Result<bool, StoreError>;
+    /// Puts every leased evaluation back, whose workers are known to have ended; the attempts do not count.
+    async fn release_all(&self) -> Result<(), StoreError>;
     /// The batch of a restart, if all of it is answered and the restart wants a step.
     async fn batch(&self, restart: RestartId) -> Result<Option<Batch>, StoreError>;
     /// Saves a step, if the restart is still the version that was read.

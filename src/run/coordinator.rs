@@ -28,6 +28,7 @@ impl Coordinator {
         let mut config =
             ServerConfig::new(listen, None).map_err(|e| Failure::Coordinator(e.to_string()))?;
         config.allow_commands = allow_commands;
+        config.workers_end_with_it = true;
         let store = store.to_owned();
         let (stop, stopped) = oneshot::channel();
         let (tell, told) = channel();

@@ -204,7 +204,7 @@ fn nonsense_is_tried_again_and_stored_as_such_at_last() {
 #[test]
 fn a_lease_that_expires_too_often_is_lost_and_the_study_goes_on() {
     let folder = Folder::new("lost");
-    let coordinator = serve(&folder, "127.0.0.1:0", &["--lease", "0.05"]);
+    let coordinator = serve(&folder, "127.0.0.1:0", &["--lease", "0.1"]);
     let client = &coordinator.client;
     let id = coordinator.submit(&study(0.0));
     let started = Instant::now();
@@ -217,13 +217,26 @@ fn a_lease_that_expires_too_often_is_lost_and_the_study_goes_on() {
             known_studies: Vec::new(),
         };
         let _ = client.claim(&request).unwrap();
-        std::thread::sleep(Duration::from_millis(60));
+        std::thread::sleep(Duration::from_millis(120));
     }
     let lost = coordinator
         .ledger(&id)
         .into_iter()
         .find(|row| row.status == "lost");
     assert_eq!(lost.unwrap().attempt, 5);
+}
+
+#[test]
+fn a_worker_that_died_while_it_waited_takes_no_work() {
+    let folder = Folder::new("dead-claim");
+    let coordinator = serve(&folder, "127.0.0.1:0", &[]);
+    let mut first = work(&folder, &coordinator.url, &[]);
+    std::thread::sleep(Duration::from_millis(500));
+    first.kill();
+    let id = coordinator.submit(&study(0.0));
+    let _second = work(&folder, &coordinator.url, &[]);
+    coordinator.until_done(&id);
+    assert!(coordinator.ledger(&id).iter().all(|row| row.attempt == 1));
 }
 
 #[test]

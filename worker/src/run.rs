@@ -230,7 +230,7 @@ impl Worker<'_> {
                 worker: self.me.clone(),
                 outcome,
             };
-            if self.report(&evaluation, &report, lease) {
+            if self.report(&evaluation, report, lease) {
                 self.evaluations += 1;
             }
         }
@@ -241,12 +241,12 @@ impl Worker<'_> {
     fn report(
         &self,
         evaluation: &salp_protocol::EvaluationId,
-        report: &ReportRequest<Outcome>,
+        mut report: ReportRequest<Outcome>,
         lease: &Lease,
     ) -> bool {
-        let mut failures = 0;
+        let (mut failures, mut refused) = (0, false);
         loop {
-            match self.client.report(evaluation, report) {
+            match self.client.report(evaluation, &report) {
                 Ok(_) => return true,
                 Err(refused) if refused.problem() == Some(STALE_LEASE) => {
                     info!("dropped: another worker has this evaluation now");
@@ -254,7 +254,15 @@ impl Worker<'_> {
                 }
                 Err(failure) if !failure.is_passing() => {
                     warn!("the coordinator refuses the result: {failure}");
-                    return false;
+                    if refused {
+                        return false;
+                    }
+                    // Without any result it would be evaluated again and refused again.
+                    refused = true;
+                    report.outcome = Outcome::without_values(OutcomeStatus::NotConverged {
+                        reason: format!("the coordinator refused the result: {failure}"),
+                        load_fraction: 0.0,
+                    });
                 }
                 Err(failure) => {
                     if failures == 0 {

@@ -21,6 +21,9 @@ use salp_protocol::problem::{self, Problem};
 use crate::coordinator::Coordinator;
 use answer::Refusal;
 
+/// Results carry gradients of many constraints, bytes.
+const LARGEST_RESULT: usize = 256 << 20;
+
 /// What every handler gets.
 type Shared = State<Arc<Coordinator>>;
 
@@ -41,7 +44,10 @@ pub fn router(coordinator: Arc<Coordinator>) -> Router {
         .route("/v1/studies/{id}/events", get(events::events))
         .route("/v1/claims", post(work::claim))
         .route("/v1/evaluations/{id}/heartbeat", put(work::heartbeat))
-        .route("/v1/evaluations/{id}/result", put(work::result))
+        .route(
+            "/v1/evaluations/{id}/result",
+            put(work::result).layer(DefaultBodyLimit::max(limit.max(LARGEST_RESULT))),
+        )
         .route("/v1/evaluations/{id}/release", put(work::release))
         .route("/v1/workers", get(work::list))
         .route("/v1/workers/{id}/drain", post(work::drain))

@@ -122,6 +122,19 @@ impl SqliteStore {
         Ok(released.rows_affected() == 1)
     }
 
+    pub(crate) async fn release_all_leases(&self) -> Result<(), StoreError> {
+        const DOING: &str = "release all leases";
+        let mut tx = self.write(DOING).await?;
+        sqlx::query!(
+            "UPDATE queue SET state = 'ready', attempt = attempt - 1, lease_until_ms = NULL, worker = NULL
+             WHERE state = 'leased'"
+        )
+        .execute(&mut *tx)
+        .await
+        .map_err(database(DOING))?;
+        tx.commit().await.map_err(database(DOING))
+    }
+
     pub(crate) async fn drain_worker(&self, worker: &WorkerId) -> Result<bool, StoreError> {
         const DOING: &str = "drain a worker";
         let mut tx = self.write(DOING).await?;

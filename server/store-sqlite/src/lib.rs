@@ -155,6 +155,10 @@ impl Store for SqliteStore {
         self.release_lease(evaluation, fence).await
     }
 
+    async fn release_all(&self) -> Result<(), StoreError> {
+        self.release_all_leases().await
+    }
+
     async fn batch(&self, restart: RestartId) -> Result<Option<Batch>, StoreError> {
         self.complete_batch(restart).await
     }
