@@ -20,6 +20,7 @@ mod submit;
 mod watch;
 mod work;
 
+use std::io::IsTerminal as _;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -140,6 +141,7 @@ fn start_logs(arguments: &Arguments) {
     let filter = EnvFilter::try_from_env("SALP_LOG").unwrap_or_else(|_| EnvFilter::new(usual));
     let logs = tracing_subscriber::fmt()
         .with_env_filter(filter)
+        .with_ansi(std::io::stderr().is_terminal())
         .with_writer(std::io::stderr);
     if arguments.log_json {
         logs.json().init();

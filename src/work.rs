@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
 use clap::Args;
+use rustix::process::{Pid, Signal, kill_process};
 use salp_worker::WorkerConfig;
 use salp_worker::stop::Stop;
 use serde_json::json;
@@ -54,8 +55,11 @@ impl Work {
             .collect::<Result<Vec<Child>, Failure>>()?;
         let ended = salp_worker::run(&config, &Stop::default());
         for other in &mut others {
-            // The end of its standard input ends it.
-            drop(other.stdin.take());
+            // It ends after its evaluation, like this one. One that has ended already is not signalled: its id may be
+            // another's by now.
+            if matches!(other.try_wait(), Ok(None)) {
+                let _ = kill_process(Pid::from_child(other), Signal::TERM);
+            }
             let _ = other.wait();
         }
         let salp_worker::WorkerEnd::Stopped { evaluations } = ended?;

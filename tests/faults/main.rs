@@ -4,6 +4,9 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod bad_input;
+mod run;
+
 use std::time::{Duration, Instant};
 
 use salp_protocol::problem::{STALE_LEASE, UNKNOWN_EVALUATION};

@@ -13,7 +13,8 @@ use salp_protocol::{EvaluationRow, StudyId, StudyState, StudyView};
 use salp_worker::Client;
 use serde_json::{Value, json};
 
-const SALP: &str = env!("CARGO_BIN_EXE_salp");
+/// The executable.
+pub const SALP: &str = env!("CARGO_BIN_EXE_salp");
 
 /// Answers after a pause of argv[1] seconds. Smooth, with one constraint that is active at the optimum.
 const MODEL: &str = r"
@@ -70,6 +71,11 @@ pub struct Process {
 }
 
 impl Process {
+    /// Takes charge of a child whose standard error goes to `log`.
+    pub fn new(child: Child, log: PathBuf) -> Self {
+        Self { child, log }
+    }
+
     pub fn id(&self) -> u32 {
         self.child.id()
     }
@@ -95,10 +101,15 @@ impl Process {
 
     /// Waits for the end; whether it was a good one.
     pub fn ends_well(&mut self, within: Duration) -> bool {
+        self.exit_code(within) == Some(0)
+    }
+
+    /// Waits for the end; `None` after a signal.
+    pub fn exit_code(&mut self, within: Duration) -> Option<i32> {
         let until = Instant::now() + within;
         while Instant::now() < until {
             if let Some(status) = self.child.try_wait().unwrap() {
-                return status.success();
+                return status.code();
             }
             pause();
         }

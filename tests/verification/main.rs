@@ -1,0 +1,51 @@
+//! Published problems, solved from Gmsh files as a user would: written, read, solved by a scene.
+
+mod cooks_membrane;
+mod thick_cylinder;
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use salp_core::equilibrium::Unobserved;
+use salp_core::evaluate::{SceneAnswer, SceneOptions, SceneStatus, solve_scene};
+use salp_core::mesh::gmsh::{GmshFile, write};
+use salp_core::scene::read_scene;
+use serde_json::Value;
+
+/// A folder that is removed at the end of its test.
+struct Folder(PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Solves a scene whose `mesh_file` is `mesh.msh`.
+fn solve(mesh: &GmshFile, scene: &Value) -> SceneAnswer {
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    let name = format!("salp-verification-{}-{count}", std::process::id());
+    let folder = Folder(std::env::temp_dir().join(name));
+    std::fs::create_dir_all(&folder.0).unwrap();
+    std::fs::write(folder.0.join("mesh.msh"), write(mesh).unwrap()).unwrap();
+    let scene = read_scene(scene, &folder.0).unwrap();
+    let solution = solve_scene(&scene, &SceneOptions::default(), &mut Unobserved).unwrap();
+    assert_eq!(
+        solution.answer.status,
+        SceneStatus::Ok,
+        "{:?}",
+        solution.answer.reason
+    );
+    solution.answer
+}
+
+/// Displacement of a probe at the last state, mm.
+fn displacement(answer: &SceneAnswer, probe: &str) -> [f64; 2] {
+    answer.path.last().unwrap().displacement_mm[probe]
+}
+
+/// Orders of convergence between meshes that halve the size.
+fn orders(errors: &[f64]) -> Vec<f64> {
+    errors.windows(2).map(|e| (e[0] / e[1]).log2()).collect()
+}
