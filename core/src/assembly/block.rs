@@ -2,8 +2,8 @@
 
 use super::{DofMap, Pattern};
 use crate::element::kernel::{self, ElementOutput, Kinematics, PackGeometry};
-use crate::element::lane::{LANES, Pack};
 use crate::element::shape::ShapeTable;
+use crate::lane::{LANES, Pack};
 use crate::material::MaterialLaw;
 use crate::material::hyperelastic::Parameters;
 use crate::mesh::{ElementBlock, ElementKind};

@@ -12,8 +12,8 @@
 //! The pressure in the residual is p(u); the one in the linearisation, `p_lin`, is an unknown of its own that Newton's
 //! step updates linearly. With p_lin = p(u) the tangent is the exact Hessian of the condensed energy.
 
-use super::lane::Pack;
 use super::shape::ShapeTable;
+use crate::lane::Pack;
 use crate::material::hyperelastic::{Isochoric, Parameters, isochoric};
 
 /// Reference geometry of four elements.

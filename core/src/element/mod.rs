@@ -1,5 +1,4 @@
 //! Finite elements: shape functions, quadrature, and the mixed element with its pressure condensed.
 
 pub mod kernel;
-pub mod lane;
 pub mod shape;

@@ -9,7 +9,7 @@
 //! A mixed element adds its pressure p to W_J.
 
 use super::{HyperelasticModel, MaterialLaw};
-use crate::element::lane::Pack;
+use crate::lane::Pack;
 
 /// Parameters of the polynomial family W = c1 (I1b - 3) + c2 (I1b - 3)^2 + c3 (I1b - 3)^3 + c01 (I2b - 3), which holds
 /// neo-Hookean, Mooney-Rivlin and Yeoh laws, and the bulk modulus; MPa.
