@@ -68,6 +68,23 @@ fn a_coordinator_killed_in_mid_run_changes_nothing() {
 }
 
 #[test]
+fn two_coordinators_on_one_store_change_nothing() {
+    let folder = Folder::new("two-coordinators");
+    let first = serve(&folder, "127.0.0.1:0", LEASE);
+    let second = serve(&folder, "127.0.0.1:0", LEASE);
+    let _workers = [
+        work(&folder, &first.url, &[]),
+        work(&folder, &second.url, &[]),
+    ];
+    let id = first.submit(&study(0.02));
+    second.until_done(&id);
+    let ledger = second.ledger(&id);
+    assert_sound(&ledger);
+    assert!(ledger.iter().any(|row| row.worker != ledger[0].worker));
+    assert_eq!(first.histories(&id), undisturbed());
+}
+
+#[test]
 fn a_worker_stopped_beyond_its_lease_is_refused_and_goes_on() {
     let folder = Folder::new("stop-worker");
     let coordinator = serve(&folder, "127.0.0.1:0", LEASE);

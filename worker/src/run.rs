@@ -67,7 +67,13 @@ pub fn run(config: &WorkerConfig, stop: &Stop) -> Result<WorkerEnd, WorkerError>
         stop.take_signals()?;
     }
     let me = identity().map_err(|failure| WorkerError::NoRandomness(failure.to_string()))?;
-    info!(worker = %me.id, build = me.build, instruction_set = me.instruction_set, url = config.url, "ready");
+    let _span = info_span!("worker", worker = %me.id).entered();
+    info!(
+        build = me.build,
+        instruction_set = me.instruction_set,
+        url = config.url,
+        "ready"
+    );
     let token = config.token.as_deref();
     let heartbeats = Client::new(&config.url, token, Duration::from_secs(4));
     let mut worker = Worker {

@@ -190,9 +190,13 @@ pub async fn find(coordinator: &Arc<Coordinator>, id: String) -> Result<StoredSt
 async fn view(coordinator: &Arc<Coordinator>, stored: StoredStudy) -> Result<StudyView, Refusal> {
     let counts = coordinator.store.counts(&stored.id).await?;
     let bests = coordinator.store.bests(&stored.id).await?;
-    let machine = coordinator.machine(&stored.id).await?;
-    let steps: Vec<StepView> = machine
-        .steps()
+    let ids = match coordinator.machine(&stored.id).await {
+        Ok(machine) => machine.steps(),
+        // One study of another build must not hide all the others.
+        Err(CoordinatorError::Unreadable { .. }) => Vec::new(),
+        Err(failure) => return Err(failure.into()),
+    };
+    let steps: Vec<StepView> = ids
         .into_iter()
         .enumerate()
         .map(|(index, id)| StepView {

@@ -1,0 +1,172 @@
+//! Claim with long poll, report, release.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use salp_core::study::{Outcome, OutcomeStatus};
+use salp_protocol::{Claim, ClaimRequest, EvaluationId, ReportRequest, WorkerIdentity};
+use serde_json::Value;
+use tokio::time::Instant;
+use tracing::{Span, field, info, instrument, warn};
+
+use super::{Coordinator, CoordinatorError, LONGEST_WAIT_S};
+use crate::store::{AcceptedReport, Claimed, Reported, StoreError};
+
+/// How often a held claim looks for leases that expired, which nobody announces.
+const LOOK_AGAIN: Duration = Duration::from_secs(1);
+
+impl Coordinator {
+    /// Hands out work, and holds the answer back as long as there is none and the worker is willing to wait.
+    #[instrument(skip_all, fields(worker = %request.worker.id))]
+    pub async fn claim(
+        self: &Arc<Self>,
+        request: &ClaimRequest,
+    ) -> Result<Claimed, CoordinatorError> {
+        let wait = if request.wait_s.is_finite() {
+            request.wait_s.clamp(0.0, LONGEST_WAIT_S)
+        } else {
+            0.0
+        };
+        let until = Instant::now() + Duration::from_secs_f64(wait);
+        let lease_ms = self.config.lease.as_millis() as i64;
+        let mut work = self.work.subscribe();
+        let mut stopping = self.stopping();
+        loop {
+            work.borrow_and_update();
+            let answer = self
+                .store
+                .claim(request, lease_ms, self.config.attempts)
+                .await?;
+            for restart in answer.lost {
+                self.advance_in_background(restart);
+            }
+            if let Claimed::Work { claim, key } = &answer.claimed {
+                info!(study = %claim.study, restart = claim.restart, evaluation = %claim.evaluation,
+                    fence = claim.fence, attempt = claim.attempt, "claimed");
+                self.announce_news();
+                if self.complete_known(&request.worker, claim, key).await? {
+                    continue;
+                }
+            }
+            if !matches!(answer.claimed, Claimed::Nothing) {
+                return Ok(answer.claimed);
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() || *stopping.borrow() {
+                return Ok(Claimed::Nothing);
+            }
+            tokio::select! {
+                _ = work.changed() => {}
+                _ = stopping.changed() => {}
+                () = tokio::time::sleep(left.min(LOOK_AGAIN)) => {}
+            }
+        }
+    }
+
+    /// Completes a claimed evaluation whose result has become known since it was asked for, or was known all along but
+    /// not to be used before a worker's claim bound the study to a build; false if it is to be computed.
+    async fn complete_known(
+        self: &Arc<Self>,
+        worker: &WorkerIdentity,
+        claim: &Claim,
+        key: &String,
+    ) -> Result<bool, CoordinatorError> {
+        let machine = self.machine(&claim.study).await?;
+        let bound_to = (worker.build.clone(), worker.instruction_set.clone());
+        let within = machine.starts_programs(claim.request.step);
+        let within = within.then_some(&claim.study);
+        let keys = std::slice::from_ref(key);
+        let known = self.store.known(keys, &bound_to, within).await?;
+        let Some(known) = known.into_iter().flatten().next() else {
+            return Ok(false);
+        };
+        let mut payer = worker.clone();
+        if let Some(id) = known.worker {
+            payer.id = id;
+        }
+        let report = AcceptedReport {
+            evaluation: claim.evaluation.clone(),
+            fence: claim.fence,
+            worker: payer,
+            verdict: machine.verdict(&claim.request, &known.outcome)?,
+            outcome: known.outcome,
+            cached_from: Some(known.evaluation),
+        };
+        if let Reported::Stored { restart, .. } = self.store.accept_result(report).await? {
+            self.announce_news();
+            self.advance_in_background(restart);
+        }
+        Ok(true)
+    }
+
+    /// Takes a report. The step, if the batch is complete now, follows in the background.
+    #[instrument(skip_all, fields(%evaluation, worker = %report.worker.id, fence = report.fence, study = field::Empty))]
+    pub async fn report(
+        self: &Arc<Self>,
+        evaluation: EvaluationId,
+        report: ReportRequest<Value>,
+    ) -> Result<Reported, CoordinatorError> {
+        let Some(asked) = self.store.asked(&evaluation).await? else {
+            return Ok(Reported::Unknown);
+        };
+        Span::current().record("study", field::display(&asked.study));
+        let machine = self.machine(&asked.study).await?;
+        let (outcome, nonsense) = match serde_json::from_value::<Outcome>(report.outcome) {
+            Ok(outcome) => machine.checked(&asked.request, &outcome)?,
+            Err(fault) => {
+                let reason = fault.to_string();
+                let status = OutcomeStatus::InvalidResult {
+                    reason: reason.clone(),
+                };
+                (Outcome::without_values(status), Some(reason))
+            }
+        };
+        let worker = report.worker;
+        let given_up = matches!(
+            outcome.status,
+            OutcomeStatus::Cancelled | OutcomeStatus::Lost
+        );
+        // Only a study that is being cancelled has cancelled results: any other evaluation is tried again, as after nonsense.
+        let retried = nonsense.is_some() || given_up;
+        if let Some(reason) = nonsense {
+            warn!(reason, "a worker reported nonsense");
+        }
+        let fence = report.fence;
+        let report = AcceptedReport {
+            evaluation: evaluation.clone(),
+            fence,
+            worker,
+            verdict: machine.verdict(&asked.request, &outcome)?,
+            outcome,
+            cached_from: None,
+        };
+        let reported = if retried {
+            let attempts = self.config.attempts;
+            self.store.reject_result(report, attempts).await?
+        } else {
+            self.store.accept_result(report).await?
+        };
+        match &reported {
+            Reported::Stored { status, restart } => {
+                info!(restart = restart.0, status, "reported");
+                self.announce_news();
+                self.advance_in_background(*restart);
+            }
+            Reported::PutBack => self.announce(),
+            Reported::Stale => {
+                info!("refused a stale report");
+            }
+            Reported::Repeated { .. } | Reported::Unknown => {}
+        }
+        Ok(reported)
+    }
+
+    /// Gives an evaluation back; false where the fence does not hold.
+    pub async fn release(&self, evaluation: &EvaluationId, fence: i64) -> Result<bool, StoreError> {
+        let released = self.store.release(evaluation, fence).await?;
+        if released {
+            self.announce();
+        }
+        Ok(released)
+    }
+}
