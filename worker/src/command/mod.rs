@@ -41,8 +41,9 @@ impl Program {
             .iter()
             .map(|argument| {
                 let file = folder.join(argument);
-                match file.canonicalize() {
-                    Ok(path) if path.is_file() => path.to_string_lossy().into_owned(),
+                // Links stay as they are: an interpreter finds its environment by the link's own place.
+                match std::path::absolute(&file) {
+                    Ok(path) if file.is_file() => path.to_string_lossy().into_owned(),
                     _ => argument.clone(),
                 }
             })
