@@ -315,8 +315,16 @@ fn target(x: &[Point; 4]) -> Target {
     [w.max(least), h.max(least)]
 }
 
-/// Positions that minimise the energy of springs along the blocks' edges, as stiff as the blocks' numbers of elements
-/// say: a harmonic map from element indices, smooth and evenly graded, though it may fold.
+/// Width of a strip in the index space of [`spring_guess`]: between its number of elements, which lets blocks fan out
+/// around a small chamber, and the width of the size rule, which keeps elements small near it. (The number alone is 11 %
+/// off in the tip displacement of a 1 x 1 mm void, the width alone lets strips of 1 mm run from outline to outline; their
+/// geometric mean is 1 % off.)
+fn index_width(strip: &super::Strip) -> f64 {
+    (strip.elements() as f64 * strip.width_mm).sqrt()
+}
+
+/// Positions that minimise the energy of springs along the blocks' edges: a harmonic map from a grid of the strips'
+/// index widths, smooth and evenly graded, though it may fold.
 fn spring_guess(
     topology: &Topology,
     plan: &MeshPlan,
@@ -326,11 +334,12 @@ fn spring_guess(
     let mut gradient = vec![0.0; topology.size()];
     let mut matrix = topology.matrix();
     for block in &topology.blocks {
-        let w = plan.units[block.unit].columns[block.column].elements() as f64;
-        let h = plan.rows[block.row].elements() as f64;
+        let column = index_width(&plan.units[block.unit].columns[block.column]);
+        let row = index_width(&plan.rows[block.row]);
+        let (across, up) = (row / column, column / row);
         let x = corners(&start, block);
         let (mut g, mut hessian) = ([0.0; 8], [[0.0; 8]; 8]);
-        for (a, b, k) in [(0, 1, h / w), (3, 2, h / w), (0, 3, w / h), (1, 2, w / h)] {
+        for (a, b, k) in [(0, 1, across), (3, 2, across), (0, 3, up), (1, 2, up)] {
             for c in 0..2 {
                 let (p, q) = (2 * a + c, 2 * b + c);
                 let pull = k * (x[b][c] - x[a][c]);

@@ -249,7 +249,8 @@ fn blocks_of_unit(
                 spans: vec![Span {
                     length,
                     graded: [false; 2],
-                    corner: f64::INFINITY,
+                    shortest: f64::INFINITY,
+                    wall: false,
                 }],
                 least: 2,
             }],
@@ -293,11 +294,11 @@ fn blocks_of_unit(
             .map(|p| 0.5 * (place(p.edge, p.from) + place(p.edge, p.to)) * p.span.length / total)
             .sum::<f64>()
     };
-    let finest = |chamber: usize| {
+    let shortest = |chamber: usize| {
         placed[chamber]
             .iter()
             .flatten()
-            .map(|p| 0.5 * p.span.length)
+            .map(|p| p.span.length)
             .fold(f64::INFINITY, f64::min)
     };
     let wall = |which: &[usize], axis: usize, high: bool| Block {
@@ -308,8 +309,9 @@ fn blocks_of_unit(
                 Profile {
                     spans: vec![Span {
                         length: if high { size[axis] - place } else { place },
-                        graded: [!high, high].map(|at_start| !at_start),
-                        corner: finest(*c),
+                        graded: [high, !high],
+                        shortest: shortest(*c),
+                        wall: true,
                     }],
                     least: rule.through_wall,
                 }
@@ -329,7 +331,8 @@ fn blocks_of_unit(
                 spans: vec![Span {
                     length: gap.max(0.1),
                     graded: [true; 2],
-                    corner: finest(low).min(finest(high)),
+                    shortest: shortest(low).min(shortest(high)),
+                    wall: true,
                 }],
                 least: rule.through_wall,
             }],
@@ -367,9 +370,7 @@ fn sides(corners: &[Point]) -> [Vec<Piece>; 4] {
     let anchors = logical_corners(corners);
     let n = corners.len();
     let length = |edge: usize| polygon::distance(corners[edge], corners[(edge + 1) % n]);
-    let finest = (0..n)
-        .map(|e| 0.5 * length(e))
-        .fold(f64::INFINITY, f64::min);
+    let shortest = (0..n).map(length).fold(f64::INFINITY, f64::min);
     [0, 1, 2, 3].map(|side| {
         let (start, end) = (anchors[side], anchors[(side + 1) % 4]);
         let last = if end.edge + usize::from(end.fraction > start.fraction) > start.edge {
@@ -394,7 +395,8 @@ fn sides(corners: &[Point]) -> [Vec<Piece>; 4] {
                     span: Span {
                         length: (to - from) * length(edge),
                         graded: [from == 0.0, to == 1.0],
-                        corner: finest,
+                        shortest,
+                        wall: false,
                     },
                 });
             }
@@ -484,7 +486,7 @@ fn strips(lines: &[usize], asked: &[(&Block, usize, usize)], rule: &SizeRule) ->
         .map(|pair| {
             let (a, b) = (pair[0], pair[1]);
             let mut sum = vec![0.0; b - a - 1];
-            let mut number = 0.0;
+            let (mut number, mut width) = (0.0, 0.0);
             for (block, start, n) in asked {
                 if a < *start || b > start + n {
                     continue;
@@ -496,9 +498,13 @@ fn strips(lines: &[usize], asked: &[(&Block, usize, usize)], rule: &SizeRule) ->
                         *value += (s[a - start + k + 1] - first) / (last - first);
                     }
                     number += 1.0;
+                    width += last - first;
                 }
             }
-            Strip(sum.iter().map(|v| v / number).collect())
+            Strip {
+                fractions: sum.iter().map(|v| v / number).collect(),
+                width_mm: width / number,
+            }
         })
         .collect()
 }

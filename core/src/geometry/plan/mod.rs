@@ -24,21 +24,25 @@ pub enum PlanElement {
     Quad9,
 }
 
-/// A column or row of blocks: where its element lines cut it, as fractions, both ends left out.
+/// A column or row of blocks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Strip(pub Vec<f64>);
+pub struct Strip {
+    /// Where its inner element lines cut it, as fractions.
+    pub fractions: Vec<f64>,
+    /// The width that the size rule would give it, mm.
+    pub width_mm: f64,
+}
 
 impl Strip {
     /// Number of elements across the strip.
     pub fn elements(&self) -> usize {
-        self.0.len() + 1
+        self.fractions.len() + 1
     }
 
     /// The element lines with both ends, from 0 to 1.
     pub fn lines(&self) -> impl Iterator<Item = f64> + '_ {
         std::iter::once(0.0)
-            .chain(self.0.iter().copied())
+            .chain(self.fractions.iter().copied())
             .chain(std::iter::once(1.0))
     }
 
@@ -51,7 +55,10 @@ impl Strip {
             }
         }
         fractions.remove(0);
-        Self(fractions)
+        Self {
+            fractions,
+            width_mm: self.width_mm,
+        }
     }
 }
 
