@@ -123,7 +123,12 @@ fn refuse(error: &clap::Error) -> ExitCode {
     }
     let json = std::env::args_os().any(|argument| argument == "--json");
     let said = error.to_string();
-    let said = said.lines().next().unwrap_or_default();
+    let said: Vec<&str> = said
+        .lines()
+        .take_while(|l| !l.is_empty())
+        .map(str::trim)
+        .collect();
+    let said = said.join(" ");
     let failure = Failure::fault("arguments", said.trim_start_matches("error: "));
     if let (true, Some(document)) = (json, failure.document()) {
         Output { json }.line(&document.to_string());

@@ -10,6 +10,7 @@
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use salp_core::study::Study;
 use salp_protocol::StudyId;
@@ -18,6 +19,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
 use crate::output::write_file;
+
+/// How often the time is noted.
+const BETWEEN_NOTES: Duration = Duration::from_secs(5);
 
 /// `run.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -44,6 +48,10 @@ struct RunRecord {
 pub struct RunFolder {
     path: PathBuf,
     record: RunRecord,
+    /// Wall time of earlier runs, s.
+    before: f64,
+    opened: Instant,
+    saved: Instant,
     /// Held until the end of the process, however it ends.
     _lock: File,
 }
@@ -113,8 +121,12 @@ impl RunFolder {
             }
             Ok(None) => {}
         }
+        let now = Instant::now();
         let folder = Self {
             path,
+            before: record.seconds,
+            opened: now,
+            saved: now,
             record,
             _lock: lock,
         };
@@ -150,11 +162,23 @@ impl RunFolder {
         self.save()
     }
 
-    /// Notes that nothing runs any more.
-    pub fn ended(&mut self, seconds: f64) -> Result<(), Failure> {
+    /// Notes the time now and then, so that a run that is killed has not worked for nothing.
+    pub fn tick(&mut self) -> Result<(), Failure> {
+        if self.saved.elapsed() < BETWEEN_NOTES {
+            return Ok(());
+        }
+        self.saved = Instant::now();
+        self.record.seconds = self.before + self.opened.elapsed().as_secs_f64();
+        self.save()
+    }
+
+    /// Notes that nothing runs any more. A study that had ended before costs no time.
+    pub fn ended(&mut self) -> Result<(), Failure> {
+        if !self.record.workers.is_empty() {
+            self.record.seconds = self.before + self.opened.elapsed().as_secs_f64();
+        }
         self.record.url = None;
         self.record.workers.clear();
-        self.record.seconds = seconds;
         self.save()
     }
 

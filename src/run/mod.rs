@@ -8,10 +8,9 @@ mod progress;
 mod report;
 mod workers;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use clap::Args;
 use salp_core::fault::Faults;
@@ -63,22 +62,16 @@ impl Run {
         // The resolved document: the same study is the same text, whatever its file looks like.
         let created = client.submit(&study.document(), Some(&study.fingerprint()))?;
         folder.begun(&created.id, coordinator.url())?;
-        let began = Instant::now();
-        let before = folder.seconds();
         let programs = self.allow_commands.then(|| self.study.folder().to_owned());
-        let state = carry_out(
-            &client,
-            &created.id,
-            &study,
-            |state| {
-                if state.is_final() {
-                    return Ok(None);
-                }
-                Workers::start(&mut folder, coordinator.url(), count, programs.as_deref()).map(Some)
-            },
-            &interrupted,
-        )?;
-        folder.ended(before + began.elapsed().as_secs_f64())?;
+        let job = Job {
+            client: &client,
+            id: &created.id,
+            url: coordinator.url(),
+            workers: count,
+            programs: programs.as_deref(),
+        };
+        let state = job.carry_out(&study, &mut folder, &interrupted)?;
+        folder.ended()?;
         let results = Results::fetch(&client, &created.id, &study, folder.seconds())?;
         coordinator.stop()?;
         let document = results.document(state);
@@ -136,41 +129,53 @@ fn interrupted() -> Result<Arc<AtomicBool>, Failure> {
     Ok(interrupted)
 }
 
-/// Follows the study until it ends or is interrupted; then it is paused, and every worker has ended.
-fn carry_out(
-    client: &Client,
-    id: &StudyId,
-    study: &Study,
-    start_workers: impl FnOnce(StudyState) -> Result<Option<Workers>, Failure>,
-    interrupted: &AtomicBool,
-) -> Result<StudyState, Failure> {
-    let mut state = client.study(id)?.state;
-    if state == StudyState::Paused {
-        state = client.command(id, "resume")?.state;
-    }
-    let Some(mut workers) = start_workers(state)? else {
-        return Ok(state);
-    };
-    let mut progress = Progress::new(study);
-    loop {
-        let asked_to_end = interrupted.load(Ordering::Relaxed);
-        state = client.study(id)?.state;
-        if state.is_final() || asked_to_end {
-            progress.follow(client, id, 0.0)?;
-            break;
+/// A submitted study and who is to work on it.
+struct Job<'a> {
+    client: &'a Client,
+    id: &'a StudyId,
+    url: &'a str,
+    workers: usize,
+    programs: Option<&'a Path>,
+}
+
+impl Job<'_> {
+    /// Follows the study until it ends or is interrupted; then it is paused, and every worker has ended.
+    fn carry_out(
+        &self,
+        study: &Study,
+        folder: &mut RunFolder,
+        interrupted: &AtomicBool,
+    ) -> Result<StudyState, Failure> {
+        let mut state = self.client.study(self.id)?.state;
+        if state == StudyState::Paused {
+            state = self.client.command(self.id, "resume")?.state;
         }
-        progress.follow(client, id, 0.4)?;
-        workers.look_after()?;
-    }
-    progress.finish();
-    if !state.is_final() {
-        note("pausing: evaluations under way are given back");
-        match client.command(id, "pause") {
-            Ok(view) => state = view.state,
-            // It may have ended in this very moment.
-            Err(_) => state = client.study(id)?.state,
+        if state.is_final() {
+            return Ok(state);
         }
+        let mut workers = Workers::start(folder, self.url, self.workers, self.programs)?;
+        let mut progress = Progress::new(study);
+        loop {
+            let asked_to_end = interrupted.load(Ordering::Relaxed);
+            state = self.client.study(self.id)?.state;
+            if state.is_final() || asked_to_end {
+                progress.follow(self.client, self.id, 0.0)?;
+                break;
+            }
+            progress.follow(self.client, self.id, 0.4)?;
+            workers.look_after(folder)?;
+            folder.tick()?;
+        }
+        progress.finish();
+        if !state.is_final() {
+            note("pausing: evaluations under way are given back");
+            state = match self.client.command(self.id, "pause") {
+                Ok(view) => view.state,
+                // It may have ended in this very moment.
+                Err(_) => self.client.study(self.id)?.state,
+            };
+        }
+        workers.end(!state.is_final());
+        Ok(state)
     }
-    workers.end(!state.is_final());
-    Ok(state)
 }

@@ -27,8 +27,6 @@ pub struct Workers {
     logs: PathBuf,
     children: Vec<(Child, Instant)>,
     deaths: usize,
-    /// Where their ids are kept.
-    record: PathBuf,
 }
 
 impl Workers {
@@ -51,7 +49,6 @@ impl Workers {
             logs,
             children: Vec::new(),
             deaths: 0,
-            record: folder.at("run.json"),
         };
         for index in 0..count {
             let child = workers.spawn(index)?;
@@ -95,7 +92,7 @@ impl Workers {
     }
 
     /// Replaces workers that died.
-    pub fn look_after(&mut self) -> Result<(), Failure> {
+    pub fn look_after(&mut self, folder: &mut RunFolder) -> Result<(), Failure> {
         for index in 0..self.children.len() {
             let (child, started) = &mut self.children[index];
             let Ok(Some(status)) = child.try_wait() else {
@@ -120,21 +117,9 @@ impl Workers {
             }
             let child = self.spawn(index)?;
             self.children[index] = (child, Instant::now());
-            self.note_pids();
+            folder.workers(self.pids())?;
         }
         Ok(())
-    }
-
-    /// A replaced worker in `run.json`; a failure to write it ends no study.
-    fn note_pids(&self) {
-        let Ok(text) = std::fs::read_to_string(&self.record) else {
-            return;
-        };
-        if let Ok(mut record) = serde_json::from_str::<serde_json::Value>(&text) {
-            record["workers"] = self.pids().into();
-            let text = serde_json::to_string_pretty(&record).unwrap_or_default();
-            let _ = crate::output::write_file(&self.record, &text);
-        }
     }
 
     /// Ends them: after the evaluation they have, or `at_once`, which gives it back.

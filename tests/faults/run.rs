@@ -121,3 +121,23 @@ fn ctrl_c_pauses_and_the_same_command_goes_on() {
     let (code, fresh) = salp(&folder.0, &[&changed[..], &["--fresh"]].concat());
     assert_eq!((code, &fresh["status"]), (0, &json!("done")));
 }
+
+#[test]
+fn a_worker_that_dies_is_replaced() {
+    let folder = Folder::new("kill-worker-of-run");
+    std::fs::write(folder.0.join("study.json"), study(0.05).to_string()).unwrap();
+    let mut run = start(&folder);
+    let workers = workers_at_work(&folder, &run);
+    let killed = Command::new("kill")
+        .args(["-9", &workers[0].to_string()])
+        .status();
+    assert!(killed.unwrap().success());
+    until("another one takes its place", SOON, || {
+        let now = record(&folder)["workers"].clone();
+        let now: Vec<u32> = serde_json::from_value(now).unwrap_or_default();
+        now.len() == 2 && !now.contains(&workers[0])
+    });
+    // Its lease of 15 s must expire first.
+    assert_eq!(run.exit_code(2 * SOON), Some(0));
+    finish(&folder);
+}

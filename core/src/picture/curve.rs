@@ -83,6 +83,18 @@ impl CurvePicture {
             .map(|p| p.at)
             .filter(|t| t.is_finite())
             .fold(0.0, f64::max);
+        // The restarts lie over the best, which then shows through their dots.
+        for run in runs(&self.best, end) {
+            let points: Vec<[f64; 2]> = run
+                .points
+                .iter()
+                .map(|[t, f]| [time.pixel(*t), objective.pixel(*f)])
+                .collect();
+            svg.path(
+                &polyline(&points, false),
+                &stroke("#000000", run.overlapped, true),
+            );
+        }
         let mut first_overlap: Option<[f64; 2]> = None;
         for (i, series) in self.restarts.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
@@ -108,17 +120,6 @@ impl CurvePicture {
                     &format!("fill=\"{colour}\""),
                 );
             }
-        }
-        for run in runs(&self.best, end) {
-            let points: Vec<[f64; 2]> = run
-                .points
-                .iter()
-                .map(|[t, f]| [time.pixel(*t), objective.pixel(*f)])
-                .collect();
-            svg.path(
-                &polyline(&points, false),
-                &stroke("#000000", run.overlapped, true),
-            );
         }
         if let Some([x, y]) = first_overlap {
             let x = x.min(MARGIN_LEFT + PLOT[0] - 90.0);
