@@ -4,6 +4,11 @@
 //! caller has them; fused multiply-add is a choice of the caller, because without the instruction it is a slow library
 //! call.
 
+#![expect(
+    clippy::inline_always,
+    reason = "compiled once per instruction set only where inlined into the caller that enables it"
+)]
+
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// Elements that are computed side by side.

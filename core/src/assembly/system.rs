@@ -113,13 +113,13 @@ impl System {
         let zero = vec![[0.0; 2]; body.mesh.nodes.len()];
         let area = blocks.iter().map(|b| b.gradient_moment(&zero).0).sum();
         Ok(Self {
+            body,
             dofs,
             pattern,
             blocks,
             cavity_entries,
             traction_forces,
             area,
-            body,
         })
     }
 

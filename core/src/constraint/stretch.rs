@@ -151,7 +151,9 @@ impl StretchMeasure {
             .map(|(m, w)| w * (RHO * (m - largest)).exp())
             .collect();
         let sum: f64 = weights.iter().sum();
-        weights.iter_mut().for_each(|w| *w /= sum);
+        for w in &mut weights {
+            *w /= sum;
+        }
         let disc = std::f64::consts::PI * self.radius * self.radius;
         (largest + (sum / disc).ln() / RHO, weights)
     }

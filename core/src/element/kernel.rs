@@ -12,6 +12,11 @@
 //! The pressure in the residual is p(u); the one in the linearisation, `p_lin`, is an unknown of its own that Newton's
 //! step updates linearly. With p_lin = p(u) the tangent is the exact Hessian of the condensed energy.
 
+#![expect(
+    clippy::inline_always,
+    reason = "compiled once per instruction set only where inlined into the caller that enables it"
+)]
+
 use super::shape::ShapeTable;
 use crate::lane::Pack;
 use crate::material::hyperelastic::{Isochoric, Parameters, isochoric};

@@ -22,12 +22,6 @@ pub fn quad4(xi: f64, eta: f64) -> ([f64; 4], [[f64; 2]; 4]) {
 
 /// Shape functions and derivatives of the biquadratic quadrilateral: corners, mid-sides, centre.
 pub fn quad9(xi: f64, eta: f64) -> ([f64; 9], [[f64; 2]; 9]) {
-    let line = |t: f64| {
-        (
-            [0.5 * t * (t - 1.), 1. - t * t, 0.5 * t * (t + 1.)],
-            [t - 0.5, -2. * t, t + 0.5],
-        )
-    };
     const AT: [[usize; 2]; 9] = [
         [0, 0],
         [2, 0],
@@ -39,6 +33,12 @@ pub fn quad9(xi: f64, eta: f64) -> ([f64; 9], [[f64; 2]; 9]) {
         [0, 1],
         [1, 1],
     ];
+    let line = |t: f64| {
+        (
+            [0.5 * t * (t - 1.), 1. - t * t, 0.5 * t * (t + 1.)],
+            [t - 0.5, -2. * t, t + 0.5],
+        )
+    };
     let ((a, da), (b, db)) = (line(xi), line(eta));
     (
         AT.map(|[i, j]| a[i] * b[j]),

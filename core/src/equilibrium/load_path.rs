@@ -159,7 +159,7 @@ impl<'a> Path<'a> {
             }
             match self.advance_to(cycle, point, visitor, observer) {
                 Ok((residual, least_j)) => {
-                    self.visit(index, point, residual, least_j, visitor, observer)
+                    self.visit(index, point, residual, least_j, visitor, observer);
                 }
                 Err(end) => return end,
             }

@@ -18,6 +18,10 @@ use crate::objective::probe::ProbePoint;
 
 /// What is wanted of an analysis.
 #[derive(Clone, Debug, Default)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "independent outputs, each asked for by name"
+)]
 pub struct Wanted {
     /// Derivatives of the displacements of this probe (index).
     pub probe_gradient: Option<usize>,

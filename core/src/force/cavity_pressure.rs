@@ -31,8 +31,11 @@ fn couples(cavity: &Cavity, mut visit: impl FnMut(u32, u32, f64)) {
     }
 }
 
+/// A node at the end of an open chain, and the fixed point beside it.
+type End = (u32, [f64; 2]);
+
 /// The ends of an open chain with the fixed points beside them, (last, after), (first, before).
-fn open_ends(cavity: &Cavity) -> Option<((u32, [f64; 2]), (u32, [f64; 2]))> {
+fn open_ends(cavity: &Cavity) -> Option<(End, End)> {
     if cavity.closed {
         return None;
     }
@@ -53,7 +56,7 @@ fn chord(cavity: &Cavity) -> Option<(u32, u32)> {
 pub fn area(cavity: &Cavity, x: &[[f64; 2]]) -> f64 {
     let mut twice = 0.0;
     couples(cavity, |a, b, c| {
-        twice += c * cross(x[a as usize], x[b as usize])
+        twice += c * cross(x[a as usize], x[b as usize]);
     });
     if let Some(((last, after), (first, before))) = open_ends(cavity) {
         twice += cross(x[last as usize], after) + cross(before, x[first as usize]);

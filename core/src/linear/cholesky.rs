@@ -3,7 +3,7 @@
 use faer::Par;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::lblt::factor::LbltParams;
-use faer::linalg::cholesky::llt::factor::LltParams;
+use faer::linalg::cholesky::llt::factor::{LltParams, LltRegularization};
 use faer::perm::PermRef;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
@@ -134,7 +134,7 @@ impl Solver {
             &mut self.values,
             Self::matrix(&self.column_start, &self.row, values, n),
             Side::Lower,
-            Default::default(),
+            LltRegularization::default(),
             Par::Seq,
             MemStack::new(&mut self.scratch),
             Spec::<LltParams, f64>::default(),

@@ -8,6 +8,11 @@
 //!
 //! A mixed element adds its pressure p to W_J.
 
+#![expect(
+    clippy::inline_always,
+    reason = "compiled once per instruction set only where inlined into the caller that enables it"
+)]
+
 use super::{HyperelasticModel, MaterialLaw};
 use crate::lane::Pack;
 

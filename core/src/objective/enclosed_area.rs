@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn a_retraced_path_encloses_nothing() {
-        let mut points: Vec<[f64; 2]> = (0..9).map(|k| f64::from(k)).map(|t| [t, t * t]).collect();
+        let mut points: Vec<[f64; 2]> = (0..9).map(f64::from).map(|t| [t, t * t]).collect();
         points.extend(points.clone().into_iter().rev().skip(1));
         assert!(area(&points).abs() < 1e-12);
     }
