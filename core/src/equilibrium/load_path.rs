@@ -375,7 +375,7 @@ impl<'a> Path<'a> {
         if let Some(end) = self.asymptote(point) {
             return end;
         }
-        if self.rate * 0.01 > self.settings.predictor_cap || self.unstable {
+        if self.rate * 0.01 > self.settings.predictor_cap {
             return self.limit(LimitKind::LimitPoint, point);
         }
         PathEnd::NotConverged(NotConverged::Newton {

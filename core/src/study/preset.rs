@@ -130,7 +130,7 @@ fn asymmetric_bending() -> Value {
         "name": "asymmetric-bending",
         "actuator": {"unit_mm": [80, 80], "units": 3, "layout": "stacked_pair", "wall_mm": 2, "centre_clearance_mm": 0.5},
         "material": "mold-star-30",
-        "actuation": {"schedule": "hold", "pressure_kpa": 15, "load_steps_per_leg": 10, "spacing": "equal"},
+        "actuation": {"schedule": "hold", "pressure_kpa": 15, "load_steps_per_leg": 4, "spacing": "equal"},
         "step": [{
             "id": "three-units",
             "level": 2,
@@ -144,7 +144,13 @@ fn asymmetric_bending() -> Value {
             },
             "variables": {"parametrisation": "corners"},
             "constraints": {"wall_mm": 2, "spike_deg": 3, "stretch": "material", "stretch_length_mm": 0.5},
-            "optimiser": {"method": "mmfd", "gradient": "model", "max_iterations": 100},
+            "optimiser": {
+                "method": "mmfd",
+                "gradient": "model",
+                "first_objective_change": 1.0,
+                "first_move": 0.1,
+                "max_iterations": 100
+            },
             "restarts": {"start": ["paper", "random"], "count": 3, "seed": 1}
         }]
     })
