@@ -66,7 +66,9 @@ impl Mmfd {
             return;
         };
         let (point, gradient) = self.note(x, values);
-        if point.constraints.iter().any(|g| g.abs() > 10.0) {
+        // Said once, at the start; large negative values of walls far apart do no harm.
+        let first = matches!(self.phase, Phase::Start { replan: false, .. });
+        if first && point.constraints.iter().any(|g| *g > 10.0) {
             tracing::warn!("constraints beyond 10 in absolute value: normalise them to order one");
         }
         if !matches!(self.phase, Phase::Start { replan: true, .. }) {
