@@ -8,7 +8,9 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use salp_protocol::problem::{INVALID_STUDY, KEY_REUSED, UNKNOWN_STUDY, WRONG_STATE};
-use salp_protocol::{Axis, ClaimRequest, StudyId, StudyState, WorkerId, WorkerIdentity};
+use salp_protocol::{
+    Axis, ClaimRequest, ReportRequest, StudyId, StudyState, WorkerId, WorkerIdentity,
+};
 use salp_worker::{Client, ClientError};
 use serde_json::{Value, json};
 use support::{Folder, assert_sound, serve, study, text, undisturbed, until, work};
@@ -301,6 +303,64 @@ fn a_worker_waits_for_its_coordinator_and_says_so() {
     assert!(
         asked.elapsed() < Duration::from_secs(2),
         "an idle worker ends at once"
+    );
+}
+
+#[test]
+fn a_known_evaluation_is_not_computed_again_and_is_charged_what_it_cost() {
+    let folder = Folder::new("known");
+    let coordinator = serve(&folder, "127.0.0.1:0", &[]);
+    let client = &coordinator.client;
+    let worker = WorkerIdentity {
+        id: WorkerId("first".into()),
+        host: "here".into(),
+        pid: 1,
+        build: "1".into(),
+        instruction_set: "abacus".into(),
+    };
+    let claim = || {
+        let request = ClaimRequest {
+            worker: worker.clone(),
+            allow_commands: false,
+            wait_s: 0.5,
+            known_studies: Vec::new(),
+        };
+        client.claim(&request).unwrap()
+    };
+    let outcome = json!({
+        "status": "infeasible_geometry", "reason": "none", "objective": null, "constraints": [], "gradient": null,
+        "constraint_gradients": null, "report": null, "wall_s": 3.0, "cpu_s": 2.0
+    });
+    let document = json!({ "preset": "asymmetric-bending", "name": "twice" });
+    let first = coordinator.submit(&document);
+    let mut computed = 0;
+    while let Some(claim) = claim() {
+        let report = ReportRequest {
+            fence: claim.fence,
+            worker: worker.clone(),
+            outcome: serde_json::from_value(outcome.clone()).unwrap(),
+        };
+        client.report(&claim.evaluation, &report).unwrap();
+        computed += 1;
+    }
+    coordinator.until_done(&first);
+    let second = coordinator.submit(&document);
+    assert!(claim().is_none(), "everything was known");
+    coordinator.until_done(&second);
+    let (paid, ledger) = (coordinator.ledger(&first), coordinator.ledger(&second));
+    assert_eq!((paid.len(), ledger.len()), (computed, computed));
+    for row in &ledger {
+        let payer = paid
+            .iter()
+            .find(|p| Some(&p.evaluation) == row.cached_from.as_ref());
+        let payer = payer.expect("cached");
+        assert_eq!(payer.x, row.x);
+        assert_eq!((row.cpu_s, row.wall_s), (Some(2.0), Some(3.0)));
+        assert_eq!(row.worker, payer.worker);
+    }
+    assert_eq!(
+        coordinator.histories(&first),
+        coordinator.histories(&second)
     );
 }
 

@@ -1,4 +1,4 @@
-//! The scheduler: submission and commands here, claims and reports in [`work`], the optimiser's step in [`step`].
+//! The scheduler: submission and commands here, claims and reports in `work`, the optimiser's step in `step`.
 
 mod step;
 mod work;

@@ -3,12 +3,12 @@
 //!
 //! | file | transactions |
 //! |---|---|
-//! | [`submit`] | a study, a later step, their restarts and asks |
-//! | [`claim`] | claim, renewal, release |
-//! | [`report`] | results |
-//! | [`step`] | the optimiser's steps, and what a crash left behind |
-//! | [`command`] | cancel, pause, resume, the end of a study |
-//! | [`read`], [`ledger`] | reads |
+//! | `submit` | a study, a later step, their restarts and asks |
+//! | `claim` | claim, renewal, release |
+//! | `report` | results |
+//! | `step` | the optimiser's steps, and what a crash left behind |
+//! | `command` | cancel, pause, resume, the end of a study |
+//! | `read`, `ledger` | reads |
 
 mod claim;
 mod command;
