@@ -3,6 +3,7 @@
 use std::io::{IsTerminal as _, Write as _};
 use std::time::{Duration, Instant};
 
+use rustix::termios::tcgetwinsize;
 use salp_core::scene::Orientation;
 use salp_core::study::Study;
 use salp_protocol::{Event, StudyId};
@@ -128,12 +129,7 @@ impl Progress {
                 return;
             }
             self.drawn_at = Some(now);
-            let texts: Vec<String> = self
-                .lines
-                .iter()
-                .filter(|l| l.seen)
-                .map(|l| self.text(l))
-                .collect();
+            let texts = self.screen();
             let mut out = String::new();
             if self.drawn_lines > 0 {
                 out += &format!("\x1b[{}A", self.drawn_lines);
@@ -141,6 +137,8 @@ impl Progress {
             for text in &texts {
                 out += &format!("\x1b[2K{text}\n");
             }
+            // What the last picture had below.
+            out += "\x1b[J";
             self.drawn_lines = texts.len();
             let _ = write!(std::io::stderr().lock(), "{out}");
             return;
@@ -166,6 +164,27 @@ impl Progress {
                 self.lines[i].said = Some((now, evaluations));
             }
         }
+    }
+
+    /// What fits on the terminal: a line that wraps, or scrolls away, could not be redrawn. Restarts that go on first.
+    fn screen(&self) -> Vec<String> {
+        let size = tcgetwinsize(std::io::stderr()).ok();
+        let (columns, rows) = size.map_or((80, 24), |s| (s.ws_col as usize, s.ws_row as usize));
+        let room = rows.max(4) - 2;
+        let seen: Vec<&Line> = self.lines.iter().filter(|l| l.seen).collect();
+        let mut shown: Vec<&Line> = seen.iter().copied().filter(|l| l.done.is_none()).collect();
+        shown.extend(seen.iter().rev().filter(|l| l.done.is_some()));
+        shown.truncate(room);
+        shown.sort_by_key(|l| (l.step, l.index));
+        let hidden = seen.len() - shown.len();
+        let mut texts: Vec<String> = shown.into_iter().map(|l| self.text(l)).collect();
+        if hidden > 0 {
+            texts.push(format!("and {hidden} more restarts"));
+        }
+        for text in &mut texts {
+            *text = text.chars().take(columns.max(20) - 1).collect();
+        }
+        texts
     }
 
     fn text(&self, line: &Line) -> String {

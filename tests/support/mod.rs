@@ -228,7 +228,7 @@ impl Coordinator {
     }
 
     pub fn until_done(&self, id: &StudyId) -> StudyView {
-        until("done", Duration::from_secs(60), || {
+        until("done", Duration::from_mins(1), || {
             self.view(id).state == StudyState::Done
         });
         self.view(id)
