@@ -118,7 +118,7 @@ time.sleep(60)";
     );
     assert!(program.running.is_none());
 
-    program.time_limit = Duration::from_secs(60);
+    program.time_limit = Duration::from_mins(1);
     let started = Instant::now();
     let cancel = || started.elapsed() > Duration::from_millis(400);
     let outcome = program.evaluate(&[1.0], false, &cancel);
