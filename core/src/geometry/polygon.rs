@@ -246,3 +246,70 @@ pub fn scaled_jacobian(x: &[Point; 4]) -> f64 {
         })
         .fold(f64::INFINITY, f64::min)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ARROW: [Point; 4] = [[0.0, 0.0], [4.0, -2.0], [1.5, 0.0], [4.0, 2.0]];
+
+    #[test]
+    fn area_and_centroid_of_known_shapes() {
+        let square = [[1.0, 1.0], [3.0, 1.0], [3.0, 3.0], [1.0, 3.0]];
+        assert_eq!(signed_area(&square), 4.0);
+        assert_eq!(centroid(&square), [2.0, 2.0]);
+        let mut clockwise = square;
+        clockwise.reverse();
+        assert_eq!(signed_area(&clockwise), -4.0);
+        // The arrow is the triangle (0, 0), (4, -2), (4, 2) less the notch (1.5, 0), (4, -2), (4, 2).
+        assert!((signed_area(&ARROW) - 3.0).abs() < 1e-14);
+        let x = (8.0 * 8.0 / 3.0 - 5.0 * 9.5 / 3.0) / 3.0;
+        assert!((centroid(&ARROW)[0] - x).abs() < 1e-14);
+    }
+
+    #[test]
+    fn simple_and_star_shaped() {
+        assert!(is_simple(&ARROW));
+        assert!(is_star_shaped(&ARROW, [1.0, 0.0]));
+        assert!(!is_star_shaped(&ARROW, [3.0, 1.3]));
+        let bow_tie = [[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0]];
+        assert!(!is_simple(&bow_tie));
+        let folded_back = [[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+        assert!(!is_simple(&folded_back));
+        let touching = [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [2.0, 0.0], [0.0, 2.0]];
+        assert!(!is_simple(&touching));
+    }
+
+    #[test]
+    fn gaps_and_separations() {
+        let low = [[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [0.0, 1.0]];
+        let high = [[1.0, 3.5], [2.0, 3.0], [3.0, 3.5]];
+        let gap = polygon_gap(&low, &high).unwrap();
+        assert_eq!((gap.corner_of_first, gap.corner, gap.edge), (false, 1, 2));
+        assert_eq!((gap.gap.distance, gap.gap.fraction), (2.0, 0.5));
+        assert_eq!(separation(&low, &high), Some([0.0, 2.0]));
+        assert_eq!(separation(&high, &low), Some([0.0, -2.0]));
+        let across = [[3.0, 0.5], [5.0, 0.5], [5.0, 3.0]];
+        assert!(overlap(&low, &across) && separation(&low, &across).is_none());
+        let within = [[1.0, 0.2], [2.0, 0.2], [2.0, 0.4]];
+        assert!(overlap(&low, &within) && overlap(&within, &low));
+        assert!(contains(&ARROW, [1.0, 0.0]) && !contains(&ARROW, [3.0, 0.0]));
+    }
+
+    #[test]
+    fn distance_to_a_segment_has_exact_derivatives() {
+        let x = [1.0, 2.0, 0.3, 0.1, 3.0, -0.5];
+        let distance_of =
+            |x: &[f64; 6]| PointSegment::new([x[0], x[1]], [x[2], x[3]], [x[4], x[5]]);
+        let slopes = distance_of(&x).derivatives();
+        for k in 0..6 {
+            let at = |h: f64| {
+                let mut y = x;
+                y[k] += h;
+                distance_of(&y).distance
+            };
+            let difference = (at(1e-6) - at(-1e-6)) / 2e-6;
+            assert!((difference - slopes[k / 2][k % 2]).abs() < 1e-9);
+        }
+    }
+}

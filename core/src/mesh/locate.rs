@@ -145,3 +145,85 @@ pub(crate) fn map(kind: ElementKind, x: &[Point], local: Point) -> (Point, [[f64
     }
     (position, jacobian)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::ElementBlock;
+
+    fn single(kind: ElementKind, nodes: Vec<Point>) -> Mesh {
+        let count = nodes.len() as u32;
+        Mesh {
+            nodes,
+            blocks: vec![ElementBlock {
+                kind,
+                nodes: (0..count).collect(),
+                material: vec![0],
+                tag: vec![1],
+            }],
+        }
+    }
+
+    /// Points of an element's map are found again at their local coordinates; points beyond its curved side are not.
+    fn check(mesh: &Mesh, inside: &[Point], outside: &[Point]) {
+        let kind = mesh.blocks[0].kind;
+        for local in inside {
+            let found = locate(mesh, map(kind, &mesh.nodes, *local).0).unwrap();
+            for c in 0..2 {
+                assert!((found.local[c] - local[c]).abs() < 1e-9, "{local:?}");
+            }
+        }
+        for point in outside {
+            assert!(locate(mesh, *point).is_none(), "{point:?}");
+        }
+    }
+
+    #[test]
+    fn curved_quadrilaterals_are_inverted() {
+        // A quarter ring, radii 1 and 2.
+        let at = |r: f64, part: f64| {
+            let a = part * std::f64::consts::FRAC_PI_2;
+            [r * a.cos(), r * a.sin()]
+        };
+        let mesh = single(
+            ElementKind::Quad9,
+            vec![
+                at(1.0, 0.0),
+                at(2.0, 0.0),
+                at(2.0, 1.0),
+                at(1.0, 1.0),
+                at(1.5, 0.0),
+                at(2.0, 0.5),
+                at(1.5, 1.0),
+                at(1.0, 0.5),
+                at(1.5, 0.5),
+            ],
+        );
+        let inside = [
+            [0.0, 0.0],
+            [-1.0, 0.3],
+            [1.0, -1.0],
+            [0.9, 0.99],
+            [-0.2, 1.0],
+        ];
+        check(&mesh, &inside, &[[0.7, 0.69], [1.43, 1.43], [-0.01, 1.5]]);
+    }
+
+    #[test]
+    fn curved_triangles_are_inverted() {
+        let mesh = single(
+            ElementKind::Tri7,
+            vec![
+                [0.0, 0.0],
+                [2.0, 0.0],
+                [0.0, 2.0],
+                [1.0, 0.0],
+                [1.3, 1.3],
+                [0.0, 1.0],
+                [0.7, 0.7],
+            ],
+        );
+        let inside = [[0.2, 0.3], [0.0, 0.0], [0.5, 0.5], [0.0, 0.7], [1.0, 0.0]];
+        check(&mesh, &inside, &[[1.31, 1.31], [-0.01, 0.5], [1.9, 0.9]]);
+    }
+}
