@@ -1,0 +1,96 @@
+//! The verbs that speak to a coordinator, and those that need none.
+
+use std::process::Command;
+
+use salp_core::document::parse_toml;
+use salp_core::study::read_study;
+use serde_json::Value;
+
+use super::support::{Folder, SALP, serve, study, work};
+
+/// Exit code and standard output.
+fn salp(folder: &Folder, arguments: &[&str]) -> (i32, String) {
+    let output = Command::new(SALP)
+        .args(arguments)
+        .current_dir(&folder.0)
+        .output()
+        .unwrap();
+    (
+        output.status.code().unwrap(),
+        String::from_utf8(output.stdout).unwrap(),
+    )
+}
+
+fn document(folder: &Folder, arguments: &[&str]) -> Value {
+    let (code, text) = salp(folder, &[arguments, &["--json"]].concat());
+    assert_eq!(code, 0, "{text}");
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn a_study_is_submitted_followed_and_shown_by_the_command_line() {
+    let folder = Folder::new("verbs");
+    std::fs::write(folder.0.join("study.json"), study(0.0).to_string()).unwrap();
+    let coordinator = serve(&folder, "127.0.0.1:0", &[]);
+    let _worker = work(&folder, &coordinator.url, &[]);
+    let at = ["--url", &coordinator.url];
+    let ask = |arguments: &[&str]| document(&folder, &[arguments, &at].concat());
+    let created = ask(&["submit", "study.json", "--set", "name=sphere-of-verbs"]);
+    let id = created["id"].as_str().unwrap();
+
+    let (code, events) = salp(&folder, &[&["watch", id, "--json"], &at[..]].concat());
+    assert_eq!(code, 0);
+    let events: Vec<Value> = events
+        .lines()
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect();
+    let ids: Vec<i64> = events.iter().map(|e| e["id"].as_i64().unwrap()).collect();
+    assert!(ids.windows(2).all(|pair| pair[0] < pair[1]));
+    assert_eq!(events.last().unwrap()["data"]["state"], "done");
+
+    let list = ask(&["ls"]);
+    assert_eq!(list["studies"][0]["name"], "sphere-of-verbs");
+    let shown = ask(&["show", id]);
+    assert_eq!(shown["state"], "done");
+    assert_eq!(shown["restarts"].as_array().unwrap().len(), 2);
+    let curve = ask(&["curve", id, "--axis", "evaluations"]);
+    assert_eq!(curve["axis"], "evaluations");
+    let (_, csv) = salp(&folder, &[&["curve", id], &at[..]].concat());
+    assert!(csv.starts_with("step,restart,t_s,"));
+    assert_eq!(
+        csv.lines().count() as u64,
+        1 + shown["counts"]["answered"].as_u64().unwrap()
+    );
+    ask(&["curve", id, "--format", "svg", "--out", "curve.svg"]);
+    let svg = std::fs::read_to_string(folder.0.join("curve.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.contains("restart 1"));
+
+    // What has ended cannot be paused: a failed run, not bad input.
+    let (code, text) = salp(&folder, &[&["pause", id, "--json"], &at[..]].concat());
+    let refused: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((code, &refused["problem"]["status"]), (1, &409.into()));
+}
+
+#[test]
+fn every_template_is_a_study() {
+    let folder = Folder::new("new");
+    for template in ["asymmetric-bending", "paper", "rectangles", "command"] {
+        let file = format!("{template}.toml");
+        let arguments = ["new", &file, "--template", template];
+        assert_eq!(document(&folder, &arguments)["file"], *file);
+        let text = std::fs::read_to_string(folder.0.join(&file)).unwrap();
+        assert!(text.starts_with('#'), "{template} is commented");
+        read_study(&parse_toml(&text).unwrap(), true).unwrap();
+        assert_eq!(salp(&folder, &arguments).0, 2, "nothing is overwritten");
+    }
+}
+
+#[test]
+fn records_are_listed_and_shown() {
+    let folder = Folder::new("material");
+    let records = document(&folder, &["material", "list"])["materials"].clone();
+    assert!(records.as_array().unwrap().len() >= 14);
+    let record = document(&folder, &["material", "show", "mold-star-30"]);
+    assert_eq!(record["shear_modulus_mpa"], 0.38);
+    assert_eq!(salp(&folder, &["material", "show", "cheese"]).0, 2);
+}
