@@ -6,13 +6,18 @@ use super::{
     direction::{Conjugacy, Direction},
     metric::Moves,
 };
-use crate::optimiser::{options::MmfdOptions, point::Point, stop::StopReason};
+use crate::optimiser::{options::MmfdOptions, point::Point, problem::Problem, stop::StopReason};
 
 const FIRST_PHI: f64 = 5.0;
 const LARGEST_PHI: f64 = 1000.0;
 /// Iterations for which a variable stopped by failed evaluations is held, and how many such stops end a run.
 const BLOCKED_FOR: usize = 5;
 const MOST_JAMS: usize = 3;
+/// A first step aims at this relative change of the objective at most: an objective that starts near nothing (a void
+/// that is still a point) grows by orders of magnitude before percentages mean anything.
+const MOST_OBJECTIVE_CHANGE: f64 = 10.0;
+/// However small the objective, a first step is this share of what the moves allow.
+const LEAST_SHARE: f64 = 0.2;
 /// A run has reached its best value when it is this close, relatively.
 const REACHED: f64 = 1e-3;
 
@@ -90,13 +95,28 @@ impl Memory {
         self.progress.clear();
     }
 
-    /// Takes the scales |x| again where they are due, and restarts conjugacy. A variable on its way through zero keeps a
-    /// tenth of the largest scale that it had, else its small scale would hold it there.
-    pub fn rescale(&mut self, options: &MmfdOptions, x: &[f64], iteration: usize) {
+    /// Takes the scales |x| again where they are due, and restarts conjugacy. No scale exceeds the distance of the bounds:
+    /// the coordinates of a corner say more about the origin than about how far it can go. A variable on its way through
+    /// zero keeps a tenth of the largest scale that it had, else its small scale would hold it there.
+    pub fn rescale(
+        &mut self,
+        options: &MmfdOptions,
+        problem: &Problem,
+        x: &[f64],
+        iteration: usize,
+    ) {
         let every = options.scale_every.unwrap_or(x.len());
         if every > 0 && iteration >= self.scale_due {
-            for ((scale, largest), x) in self.scale.iter_mut().zip(&mut self.largest_scale).zip(x) {
-                *scale = x.abs().max(0.1 * *largest);
+            for (i, (scale, largest)) in self
+                .scale
+                .iter_mut()
+                .zip(&mut self.largest_scale)
+                .enumerate()
+            {
+                let range = problem.upper[i] - problem.lower[i];
+                let range = if range > 0.0 { range } else { f64::INFINITY };
+                let x = x[i];
+                *scale = x.abs().max(0.1 * *largest).min(range);
                 if *scale <= 1e-10 {
                     *scale = 1.0;
                 }
@@ -121,7 +141,7 @@ impl Memory {
         let mut longest = f64::INFINITY;
         for ((x, step), scale) in at.x.iter().zip(&direction.step).zip(&self.scale) {
             if x.abs() >= 0.1 * scale && *step != 0.0 {
-                longest = longest.min(self.relative_move * x.abs() / step.abs());
+                longest = longest.min(self.relative_move * x.abs().min(*scale) / step.abs());
             }
         }
         if longest.is_infinite() {
@@ -132,7 +152,7 @@ impl Memory {
         }
         alpha = match direction.natural {
             Some(natural) => natural.min(10.0 * longest),
-            None => alpha.min(longest).max(1e-6),
+            None => alpha.max(LEAST_SHARE * longest).min(longest).max(1e-6),
         };
         let tolerance = options.violation_tolerance;
         if feasible {
@@ -247,12 +267,17 @@ impl Memory {
                 to.x.iter()
                     .zip(&from.x)
                     .zip(&self.scale)
-                    .map(|((to, from), scale)| (to - from).abs() / from.abs().max(0.1 * scale))
+                    .map(|((to, from), scale)| {
+                        (to - from).abs() / from.abs().min(*scale).max(0.1 * scale)
+                    })
                     .fold(0.0, f64::max);
-            self.relative_move = f64::midpoint(self.relative_move, largest).clamp(1e-3, 1.0);
+            self.relative_move = f64::midpoint(self.relative_move, largest)
+                .max(largest)
+                .clamp(1e-3, 1.0);
             if both_feasible {
                 let seen = change / from.objective.abs().max(f64::MIN_POSITIVE);
-                self.objective_change = f64::midpoint(self.objective_change, seen).clamp(1e-3, 0.2);
+                self.objective_change =
+                    f64::midpoint(self.objective_change, seen).clamp(1e-3, MOST_OBJECTIVE_CHANGE);
             }
         } else {
             self.relative_move = (0.1 * self.relative_move).max(1e-3);

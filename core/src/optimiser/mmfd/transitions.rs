@@ -185,7 +185,7 @@ impl Mmfd {
             );
         }
         self.memory
-            .rescale(&self.options, &iterate.x, self.iteration);
+            .rescale(&self.options, &self.problem, &iterate.x, self.iteration);
         let g = rows::values(&self.problem, &iterate.constraints);
         let feasible = iterate.violation <= self.options.violation_tolerance;
         let metric = Metric::of(self.moves(iterate), &self.memory.scale);

@@ -144,7 +144,7 @@ fn table(title: &str, exact: &MmfdOptions, differences: &MmfdOptions) {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// `cargo test -p salp-core --no-default-features mmfd_table -- --nocapture` prints the tables.
+/// `cargo test -p salp-core --no-default-features --lib mmfd_table -- --nocapture` prints the tables.
 #[test]
 fn mmfd_table() {
     table(
