@@ -149,7 +149,7 @@ fn asymmetric_bending() -> Value {
                 "gradient": "model",
                 "first_objective_change": 1.0,
                 "first_move": 0.1,
-                "max_iterations": 100
+                "max_iterations": 20
             },
             "restarts": {"start": ["paper", "random"], "count": 3, "seed": 1}
         }]
