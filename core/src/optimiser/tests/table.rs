@@ -65,7 +65,14 @@ fn tail(run: &Run, last: f64) -> f64 {
     cost as f64 / reached.unwrap_or(cost) as f64
 }
 
-fn line(case: &Case, run: &Run, label: &str, reference: Option<usize>, cost: usize) -> Line {
+fn line(
+    case: &Case,
+    run: &Run,
+    label: &str,
+    reference: Option<usize>,
+    cost: usize,
+    curved: bool,
+) -> Line {
     let best = run.state.best().expect("a best point");
     let gap = (best.objective - case.f_star) / case.f_star.abs();
     let limit = reference.map(|reference| reference * 3 / 2 + 10);
@@ -76,8 +83,9 @@ fn line(case: &Case, run: &Run, label: &str, reference: Option<usize>, cost: usi
             failures.push(format!("{} {label}: {what}", case.id));
         }
     };
-    check(gap <= 0.011, format!("gap {gap:.2e}"));
-    check(gap >= -0.011, format!("gap {gap:.2e}"));
+    // With curvature everywhere this is another method; 1.1 % is what the published one is held to.
+    let most = if curved { 0.02 } else { 0.011 };
+    check(gap.abs() <= most, format!("gap {gap:.2e}"));
     check(
         best.violation <= 0.003,
         format!("violation {:.2e}", best.violation),
@@ -103,6 +111,7 @@ fn line(case: &Case, run: &Run, label: &str, reference: Option<usize>, cost: usi
 /// Runs every problem from every start; `exact` and `differences` are its options.
 fn table(title: &str, exact: &MmfdOptions, differences: &MmfdOptions) {
     let mut lines = Vec::new();
+    let curved = exact.curvature == Curvature::Always;
     for reference in &REFERENCES {
         let case = named(reference.id);
         for (start, x0) in std::iter::once(("x0", &case.x0))
@@ -119,6 +128,7 @@ fn table(title: &str, exact: &MmfdOptions, differences: &MmfdOptions) {
                     &label,
                     from_x0.then_some(analyses + gradients),
                     cost,
+                    curved,
                 ));
             }
             if !from_x0 && reference.id == "rosenbrock_disk" {
@@ -133,6 +143,7 @@ fn table(title: &str, exact: &MmfdOptions, differences: &MmfdOptions) {
                 &format!("differences {start}"),
                 from_x0.then_some(reference.differences),
                 cost,
+                curved,
             ));
         }
     }
