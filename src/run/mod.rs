@@ -38,7 +38,7 @@ pub struct Run {
     /// Worker processes [default: one per core]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     workers: Option<u16>,
-    /// Folder of the results [default: salp-out/<name>-<first 8 of the study's hash>]
+    /// Folder of the results [default: salp-out/NAME-HASH, the first 8 digits of the study's hash]
     #[arg(long)]
     out: Option<PathBuf>,
     /// Starts over: removes what an earlier run left in the folder
