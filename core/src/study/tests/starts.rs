@@ -66,6 +66,6 @@ fn a_sweep_is_one_restart_a_sense() {
     assert_eq!(restarts.len(), 2);
     assert_eq!(restarts[0].start_kind, None);
     let (_, asks) = begin(&study, &restarts[1]).expect("begins");
-    assert_eq!(asks.len(), 88);
+    assert_eq!(asks.len(), 16 * 6);
     assert!(asks.iter().all(|a| a.plan_base.as_ref() == Some(&a.x)));
 }
