@@ -143,7 +143,13 @@ fn asymmetric_bending() -> Value {
                 "contact": "auto"
             },
             "variables": {"parametrisation": "corners"},
-            "constraints": {"wall_mm": 2, "spike_deg": 3, "stretch": "material", "stretch_length_mm": 0.5},
+            "constraints": {
+                "wall_mm": 2,
+                "spike_deg": 3,
+                "stretch": "material",
+                "stretch_length_mm": 0.5,
+                "walls_overlap": "fails"
+            },
             "optimiser": {
                 "method": "mmfd",
                 "gradient": "model",

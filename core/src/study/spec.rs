@@ -222,6 +222,19 @@ pub struct ChamberConstraints {
     pub stretch: StretchLimit,
     /// Radius of the disc over which the stretch is averaged.
     pub stretch_length_mm: f64,
+    /// What a design whose walls cross is to the optimiser. It never counts as best.
+    pub walls_overlap: OverlapPolicy,
+}
+
+/// What a design whose walls cross (a corner that folds apart) is to the optimiser.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OverlapPolicy {
+    /// A design like any other.
+    #[default]
+    Feeds,
+    /// A failed evaluation, from which it backs off.
+    Fails,
 }
 
 /// Limit of the averaged principal stretch.
@@ -274,6 +287,13 @@ impl Study {
     pub fn document(&self) -> Value {
         // The types hold nothing that JSON cannot express: finite numbers, text keys.
         serde_json::to_value(self).unwrap_or_default()
+    }
+}
+
+impl StudyStep {
+    /// Whether a design whose walls cross is a failed evaluation to the optimiser.
+    pub fn overlap_fails(&self) -> bool {
+        matches!(&self.constraints, StepConstraints::Chambers(c) if c.walls_overlap == OverlapPolicy::Fails)
     }
 }
 

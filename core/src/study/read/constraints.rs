@@ -2,7 +2,9 @@
 
 use super::study::DEFAULT_WALL_MM;
 use crate::document::{Node, Object};
-use crate::study::spec::{ChamberConstraints, StepConstraints, StretchLimit, StudyBody};
+use crate::study::spec::{
+    ChamberConstraints, OverlapPolicy, StepConstraints, StretchLimit, StudyBody,
+};
 
 const MAX_CONSTRAINTS: usize = 100_000;
 const DEFAULT_SPIKE_DEG: f64 = 3.0;
@@ -32,6 +34,7 @@ pub fn read_chamber_constraints(
             spike_deg: DEFAULT_SPIKE_DEG,
             stretch: StretchLimit::Material,
             stretch_length_mm: DEFAULT_STRETCH_LENGTH_MM,
+            walls_overlap: OverlapPolicy::default(),
         };
         let complaint = stretch_complaint(&constraints, wall, has_limit);
         if let Some((_, message)) = complaint {
@@ -40,7 +43,13 @@ pub fn read_chamber_constraints(
         }
         return Some(StepConstraints::Chambers(constraints));
     };
-    let object = node.object(&["wall_mm", "spike_deg", "stretch", "stretch_length_mm"])?;
+    let object = node.object(&[
+        "wall_mm",
+        "spike_deg",
+        "stretch",
+        "stretch_length_mm",
+        "walls_overlap",
+    ])?;
     let wall_mm = object.or("wall_mm", wall, Node::positive);
     let spike_deg = object.or("spike_deg", DEFAULT_SPIKE_DEG, |n| n.number_in(0.1, 60.0));
     let stretch = object.or("stretch", StretchLimit::Material, read_stretch);
@@ -49,11 +58,18 @@ pub fn read_chamber_constraints(
         DEFAULT_STRETCH_LENGTH_MM,
         Node::positive,
     );
+    let overlap = object.or("walls_overlap", OverlapPolicy::default(), |n| {
+        n.choice(&[
+            ("feeds", OverlapPolicy::Feeds),
+            ("fails", OverlapPolicy::Fails),
+        ])
+    });
     let constraints = ChamberConstraints {
         wall_mm: wall_mm?,
         spike_deg: spike_deg?,
         stretch: stretch?,
         stretch_length_mm: length?,
+        walls_overlap: overlap?,
     };
     if let Some((field, message)) = stretch_complaint(&constraints, wall, has_limit) {
         object.fault(field, message);
