@@ -6,11 +6,14 @@
 //! happened. There is no clock, no randomness and no hidden state.
 
 mod contract;
+mod convergence;
+mod differences;
 mod mmfd;
 mod nnls;
 mod options;
 mod point;
 mod problem;
+mod rows;
 mod state;
 mod stop;
 mod sweep;

@@ -3,7 +3,10 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::contract::Values;
+use super::contract::{Told, Values};
+
+/// Points tried near a start that cannot be evaluated, as fractions of the way to the middle of the bounds.
+pub(crate) const NUDGES: [f64; 5] = [0.0, 0.01, 0.1, 0.3, 1.0];
 
 /// Minimise f(x) with lower <= x <= upper, g(x) <= 0 (`inequalities` of them) and h(x) = 0 (`equalities`).
 ///
@@ -118,6 +121,36 @@ impl Problem {
             }
         }
         Ok(())
+    }
+
+    /// The start, or a point on the way from it to the middle of the bounds.
+    pub(crate) fn nudged(&self, start: &[f64], attempt: usize) -> Vec<f64> {
+        let fraction = NUDGES[attempt.min(NUDGES.len() - 1)];
+        if fraction == 0.0 {
+            return start.to_vec();
+        }
+        let toward = |i: usize| {
+            let (x, lower, upper) = (start[i], self.lower[i], self.upper[i]);
+            let reach = 0.5 * (upper - lower).min(2.0 * x.abs().max(1.0));
+            let middle = 0.5 * (lower + upper);
+            let aim = if (middle - x).abs() > 1e-3 * reach {
+                (middle - x).clamp(-reach, reach)
+            } else {
+                0.5 * reach
+            };
+            x + fraction * aim
+        };
+        let mut x: Vec<f64> = (0..start.len()).map(toward).collect();
+        self.clip(&mut x);
+        x
+    }
+
+    /// An answer that can be used.
+    pub(crate) fn usable<'a>(&self, told: Option<&'a Told>) -> Option<&'a Values> {
+        match told {
+            Some(Told::Values(values)) if self.accepts(values) => Some(values),
+            _ => None,
+        }
     }
 
     /// Whether values have this problem's lengths and are finite; a worker's nonsense counts as a failure.

@@ -3,12 +3,10 @@
 //! A direction tangent to curved constraints leaves them to second order. As in the generalised reduced gradient
 //! method, the trial is brought back by min |dz| with a_j.dz = -g_j; without it the method stops far from the optimum.
 
-use super::{
-    metric::Metric,
-    rows::{self, Gradient},
-};
+use super::metric::Metric;
 use crate::optimiser::{
     problem::Problem,
+    rows::{self, Gradient},
     thin_qr::ThinQr,
     vector::{dot, norm},
 };

@@ -13,14 +13,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    boundary,
-    metric::Metric,
-    rows::{self, Gradient},
-};
+use super::{boundary, metric::Metric};
 use crate::optimiser::{
     nnls,
     problem::Problem,
+    rows::{self, Gradient},
     vector::{dot, largest, norm},
 };
 

@@ -6,7 +6,13 @@ use super::{
     direction::{Conjugacy, Direction},
     metric::Moves,
 };
-use crate::optimiser::{options::MmfdOptions, point::Point, problem::Problem, stop::StopReason};
+use crate::optimiser::{
+    convergence::{Convergence, Rules},
+    options::MmfdOptions,
+    point::Point,
+    problem::Problem,
+    stop::StopReason,
+};
 
 const FIRST_PHI: f64 = 5.0;
 const LARGEST_PHI: f64 = 1000.0;
@@ -18,8 +24,6 @@ const MOST_JAMS: usize = 3;
 const MOST_OBJECTIVE_CHANGE: f64 = 10.0;
 /// However small the objective, a first step is this share of what the moves allow.
 const LEAST_SHARE: f64 = 0.2;
-/// A run has reached its best value when it is this close, relatively.
-const REACHED: f64 = 1e-3;
 
 /// An iteration that has ended.
 pub(super) struct Closing<'a> {
@@ -50,18 +54,13 @@ pub(super) struct Memory {
     objective_change: f64,
     /// Largest relative move that a first step allows (DX).
     relative_move: f64,
-    /// Consecutive iterations with a small absolute change, with a small relative change, outside the feasible region.
-    small_absolute: usize,
-    small_relative: usize,
+    /// Consecutive iterations outside the feasible region.
     pub infeasible: usize,
+    pub convergence: Convergence,
     /// Variables that failed evaluations have stopped, each with the iteration at which it is free again.
     blocked: Vec<(usize, usize)>,
     /// Consecutive iterations that failed evaluations have stopped.
     jams: usize,
-    /// DABOBJ.
-    pub absolute_tolerance: f64,
-    /// Cost and iteration at which each new best feasible objective was met.
-    progress: Vec<(usize, usize, f64)>,
 }
 
 impl Memory {
@@ -76,23 +75,18 @@ impl Memory {
             moves: Moves::default(),
             objective_change: options.first_objective_change,
             relative_move: options.first_move,
-            small_absolute: 0,
-            small_relative: 0,
             infeasible: 0,
+            convergence: Convergence::new(options.absolute_tolerance.unwrap_or(0.0)),
             blocked: Vec::new(),
             jams: 0,
-            absolute_tolerance: options.absolute_tolerance.unwrap_or(0.0),
-            progress: Vec::new(),
         }
     }
 
     /// Forgets what rests on values that are no longer comparable: no stop test spans a change of the model.
     pub fn forget_values(&mut self) {
         self.conjugacy = Conjugacy::default();
-        self.small_absolute = 0;
-        self.small_relative = 0;
         self.infeasible = 0;
-        self.progress.clear();
+        self.convergence.forget_values();
     }
 
     /// Takes the scales |x| again where they are due, and restarts conjugacy. No scale exceeds the distance of the bounds:
@@ -188,35 +182,6 @@ impl Memory {
         }
     }
 
-    /// Notes what the best feasible objective cost.
-    pub fn note_progress(
-        &mut self,
-        cost: usize,
-        iteration: usize,
-        best: Option<&Point>,
-        tolerance: f64,
-    ) {
-        if let Some(best) = best.filter(|best| best.violation <= tolerance)
-            && self
-                .progress
-                .last()
-                .is_none_or(|(_, _, objective)| best.objective < *objective)
-        {
-            self.progress.push((cost, iteration, best.objective));
-        }
-    }
-
-    /// Cost and iteration at which the run came within 0.1 % of the best feasible objective.
-    fn reached_best(&self) -> Option<(usize, usize)> {
-        let (_, _, best) = self.progress.last()?;
-        let near = best + REACHED * best.abs();
-        let first = self
-            .progress
-            .iter()
-            .find(|(_, _, objective)| *objective <= near);
-        first.map(|&(cost, iteration, _)| (cost, iteration))
-    }
-
     /// Learns from a search that failed evaluations have stopped: the edge of what the model can do is no constraint
     /// with a gradient, so the variable that moved most is held for a while and the others go on.
     pub fn block(&mut self, direction: &Direction, iteration: usize) -> Option<StopReason> {
@@ -260,7 +225,6 @@ impl Memory {
         self.jams = 0;
         let tolerance = options.violation_tolerance;
         let change = (to.objective - from.objective).abs();
-        let relative = change / to.objective.abs().max(f64::MIN_POSITIVE);
         let both_feasible = from.violation <= tolerance && to.violation <= tolerance;
         if moved {
             let largest =
@@ -286,8 +250,6 @@ impl Memory {
         if to.violation > tolerance {
             self.infeasible += 1;
             self.phi = (10.0 * self.phi).min(LARGEST_PHI);
-            self.small_absolute = 0;
-            self.small_relative = 0;
             if self.infeasible >= options.infeasible_iterations {
                 return Some(StopReason::NoFeasibleDesign {
                     iterations: self.infeasible,
@@ -298,40 +260,17 @@ impl Memory {
             self.infeasible = 0;
             self.phi = FIRST_PHI;
         }
-        if both_feasible {
-            self.small_absolute = if change <= self.absolute_tolerance {
-                self.small_absolute + 1
-            } else {
-                0
-            };
-            self.small_relative = if relative <= options.relative_tolerance {
-                self.small_relative + 1
-            } else {
-                0
-            };
-            if self.small_absolute >= options.consecutive {
-                return Some(StopReason::Absolute {
-                    change,
-                    tolerance: self.absolute_tolerance,
-                });
-            }
-            if self.small_relative >= options.consecutive {
-                return Some(StopReason::Relative {
-                    change: relative,
-                    tolerance: options.relative_tolerance,
-                });
-            }
-            if self.small_relative > 0 || self.small_absolute > 0 {
-                self.shrink(options);
-            }
-            // As many iterations as the other rules want must have passed in vain.
-            if let Some((cost_to_best, reached)) = self.reached_best()
-                && options.stall_factor > 0.0
-                && iteration > reached + options.consecutive
-                && cost as f64 > options.stall_factor * cost_to_best as f64
-            {
-                return Some(StopReason::Stall { cost, cost_to_best });
-            }
+        let rules = Rules {
+            relative_tolerance: options.relative_tolerance,
+            consecutive: options.consecutive,
+            stall_factor: options.stall_factor,
+            violation_tolerance: tolerance,
+        };
+        if let Some(reason) = self.convergence.close(&rules, from, to, iteration, cost) {
+            return Some(reason);
+        }
+        if self.convergence.is_slow() {
+            self.shrink(options);
         }
         if iteration >= options.max_iterations {
             return Some(StopReason::IterationLimit {

@@ -18,35 +18,31 @@
 //!   held for some iterations; a missing gradient is looked for nearer to the last iterate, then by differences.
 
 mod boundary;
-mod differences;
 mod direction;
 mod interpolation;
 mod memory;
 mod metric;
-mod rows;
 mod search;
 mod transitions;
 
 use serde::{Deserialize, Serialize};
 
 use self::{
-    differences::Differences,
     direction::Conjugacy,
     memory::Memory,
     metric::Moves,
-    rows::Gradient,
     search::{Pending, Search, Setting},
 };
 use super::{
     contract::{Ask, AskKind, Told},
+    differences::Differences,
     options::{Curvature, GradientSource, MmfdOptions},
     point::Point,
     problem::Problem,
+    rows::{self, Gradient},
     stop::StopReason,
 };
 
-/// Points tried near a start that cannot be evaluated, as fractions of the way to the middle of the bounds.
-const NUDGES: [f64; 5] = [0.0, 0.01, 0.1, 0.3, 1.0];
 /// Points between the last two iterates tried where the model has values but no gradient.
 const BACKOFFS: usize = 2;
 const UNBOUNDED: f64 = -1e40;
@@ -177,7 +173,11 @@ impl Mmfd {
                 } else {
                     AskKind::Initial
                 };
-                vec![ask(kind, self.nudged(*attempt), self.eager())]
+                vec![ask(
+                    kind,
+                    self.problem.nudged(&self.x, *attempt),
+                    self.eager(),
+                )]
             }
             Phase::ModelGradient { backoff } => {
                 vec![ask(AskKind::Gradient, self.backed_off(*backoff), true)]
@@ -254,30 +254,8 @@ impl Mmfd {
             scale: &self.memory.scale,
             ctmin: self.options.violation_tolerance,
             small_change: (self.options.relative_tolerance * origin.objective.abs())
-                .max(self.memory.absolute_tolerance),
+                .max(self.memory.convergence.absolute_tolerance),
         })
-    }
-
-    /// The start, or a point on the way from it to the middle of the bounds.
-    fn nudged(&self, attempt: usize) -> Vec<f64> {
-        let fraction = NUDGES[attempt.min(NUDGES.len() - 1)];
-        if fraction == 0.0 {
-            return self.x.clone();
-        }
-        let toward = |i: usize| {
-            let (x, lower, upper) = (self.x[i], self.problem.lower[i], self.problem.upper[i]);
-            let reach = 0.5 * (upper - lower).min(2.0 * x.abs().max(1.0));
-            let middle = 0.5 * (lower + upper);
-            let aim = if (middle - x).abs() > 1e-3 * reach {
-                (middle - x).clamp(-reach, reach)
-            } else {
-                0.5 * reach
-            };
-            x + fraction * aim
-        };
-        let mut x: Vec<f64> = (0..self.x.len()).map(toward).collect();
-        self.problem.clip(&mut x);
-        x
     }
 
     /// A point between the iterate and the one before.

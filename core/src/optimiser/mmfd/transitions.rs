@@ -1,33 +1,26 @@
 //! What an answer leads to, phase by phase.
 
 use super::{
-    BACKOFFS, Conjugacy, Curvature, GradientSource, Mmfd, NUDGES, Phase, Previous, UNBOUNDED,
-    differences::Differences,
+    BACKOFFS, Conjugacy, Curvature, GradientSource, Mmfd, Phase, Previous, UNBOUNDED,
     direction::{self, At, Found, find},
     memory::Closing,
     metric::Metric,
-    rows::{self, Gradient},
     search::{Next, Sample, Search},
 };
 use crate::optimiser::{
     contract::{Told, Values},
+    differences::Differences,
     point::{Point, keep_best},
+    problem::NUDGES,
+    rows::{self, Gradient},
     stop::StopReason,
 };
 
 impl Mmfd {
-    /// An answer that can be used.
-    fn usable<'a>(&self, told: Option<&'a Told>) -> Option<&'a Values> {
-        match told {
-            Some(Told::Values(values)) if self.problem.accepts(values) => Some(values),
-            _ => None,
-        }
-    }
-
     fn note(&mut self, x: Vec<f64>, values: &Values) -> (Point, Option<Gradient>) {
         let point = Point::new(&self.problem, x, values);
         keep_best(&mut self.best, &point, self.options.violation_tolerance);
-        self.memory.note_progress(
+        self.memory.convergence.note(
             self.cost(),
             self.iteration,
             self.best.as_ref(),
@@ -50,8 +43,8 @@ impl Mmfd {
 
     pub(super) fn told_start(&mut self, attempt: usize, told: &[Told]) {
         self.analyses += 1;
-        let x = self.nudged(attempt);
-        let Some(values) = self.usable(told.first()) else {
+        let x = self.problem.nudged(&self.x, attempt);
+        let Some(values) = self.problem.usable(told.first()) else {
             self.phase = if attempt + 1 < NUDGES.len() {
                 let replan = matches!(self.phase, Phase::Start { replan: true, .. });
                 Phase::Start {
@@ -72,7 +65,7 @@ impl Mmfd {
             tracing::warn!("constraints beyond 10 in absolute value: normalise them to order one");
         }
         if !matches!(self.phase, Phase::Start { replan: true, .. }) {
-            self.memory.absolute_tolerance = self
+            self.memory.convergence.absolute_tolerance = self
                 .options
                 .absolute_tolerance
                 .unwrap_or_else(|| (1e-4 * point.objective.abs()).max(1e-20));
@@ -87,7 +80,7 @@ impl Mmfd {
         if backoff > 0 {
             self.analyses += 1;
         }
-        if let Some(values) = self.usable(told.first())
+        if let Some(values) = self.problem.usable(told.first())
             && Gradient::of(&self.problem, values).is_some()
         {
             if backoff > 0 {
@@ -129,12 +122,12 @@ impl Mmfd {
         self.analyses += differences.len();
         let points = differences.points(&self.x);
         for (x, told) in points.into_iter().zip(told) {
-            if let Some(values) = self.usable(Some(told)) {
+            if let Some(values) = self.problem.usable(Some(told)) {
                 let point = Point::new(&self.problem, x, values);
                 keep_best(&mut self.best, &point, self.options.violation_tolerance);
             }
         }
-        self.memory.note_progress(
+        self.memory.convergence.note(
             self.cost(),
             self.iteration,
             self.best.as_ref(),
@@ -203,7 +196,7 @@ impl Mmfd {
                 ctmin: self.options.violation_tolerance,
                 phi: self.memory.phi,
                 push_off: self.options.push_off,
-                stationary: 0.1 * self.memory.absolute_tolerance,
+                stationary: 0.1 * self.memory.convergence.absolute_tolerance,
             };
             match find(&at, &mut self.memory.conjugacy) {
                 Found::Direction(direction) => {
@@ -251,7 +244,10 @@ impl Mmfd {
         let Some(x) = self.setting().map(|setting| search.x(&setting)) else {
             return;
         };
-        let outcome = self.usable(told.first()).map(|values| self.note(x, values));
+        let outcome = self
+            .problem
+            .usable(told.first())
+            .map(|values| self.note(x, values));
         let Some(setting) = self.setting() else {
             return;
         };

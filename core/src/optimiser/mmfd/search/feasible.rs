@@ -2,11 +2,9 @@
 
 use super::{MOST_REDUCTIONS, Next, Sample, Search, Setting};
 use crate::optimiser::{
-    mmfd::{
-        interpolation::{crossing, minimum},
-        rows,
-    },
+    mmfd::interpolation::{crossing, minimum},
     point::Point,
+    rows,
 };
 
 /// Trials that may extend the search.

@@ -13,9 +13,12 @@ use super::{
     boundary,
     direction::Direction,
     metric::{Metric, Moves},
+};
+use crate::optimiser::{
+    point::Point,
+    problem::Problem,
     rows::{self, Gradient},
 };
-use crate::optimiser::{point::Point, problem::Problem};
 
 /// Trials that may shorten the step while nothing better than the iterate is known.
 const MOST_REDUCTIONS: usize = 8;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::optimiser::{contract::Values, problem::Problem, vector::add_scaled};
+use super::{contract::Values, problem::Problem, vector::add_scaled};
 
 /// Gradients at a point, as the model tells them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

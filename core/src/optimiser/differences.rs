@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::rows::Gradient;
-use crate::optimiser::{contract::Told, point::Point, problem::Problem};
+use super::{contract::Told, point::Point, problem::Problem, rows::Gradient};
 
 /// Steps tried for a variable, as multiples of its step h.
 const TRIES: [f64; 4] = [1.0, -1.0, 0.5, 10.0];
