@@ -8,6 +8,7 @@
 mod contract;
 mod convergence;
 mod differences;
+mod gcmma;
 mod mmfd;
 mod nnls;
 mod options;
@@ -24,6 +25,7 @@ mod vector;
 mod tests;
 
 pub use contract::{Ask, AskKind, Told, Values};
+pub use gcmma::{Gcmma, GcmmaOptions};
 pub use mmfd::Mmfd;
 pub use options::{Curvature, GradientSource, MmfdOptions, OptimiserOptions, SweepOptions};
 pub use point::Point;

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::gcmma::GcmmaOptions;
 use crate::fault::Faults;
 
 /// An optimiser and its options.
@@ -10,8 +11,22 @@ use crate::fault::Faults;
 pub enum OptimiserOptions {
     /// Modified method of feasible directions.
     Mmfd(MmfdOptions),
+    /// Moving asymptotes.
+    Gcmma(GcmmaOptions),
     /// A list of points, each evaluated once.
     Sweep(SweepOptions),
+}
+
+impl From<MmfdOptions> for OptimiserOptions {
+    fn from(options: MmfdOptions) -> Self {
+        Self::Mmfd(options)
+    }
+}
+
+impl From<GcmmaOptions> for OptimiserOptions {
+    fn from(options: GcmmaOptions) -> Self {
+        Self::Gcmma(options)
+    }
 }
 
 /// Where gradients come from.
@@ -141,6 +156,7 @@ impl OptimiserOptions {
     pub fn faults(&self, path: &str, faults: &mut Faults) {
         match self {
             Self::Mmfd(options) => options.faults(path, faults),
+            Self::Gcmma(options) => options.faults(path, faults),
             Self::Sweep(options) => options.faults(path, faults),
         }
     }
@@ -149,6 +165,7 @@ impl OptimiserOptions {
     pub fn violation_tolerance(&self) -> f64 {
         match self {
             Self::Mmfd(options) => options.violation_tolerance,
+            Self::Gcmma(options) => options.violation_tolerance,
             Self::Sweep(options) => options.violation_tolerance,
         }
     }
@@ -157,47 +174,72 @@ impl OptimiserOptions {
 impl MmfdOptions {
     /// Notes every option outside its range, under `path`.
     pub fn faults(&self, path: &str, faults: &mut Faults) {
-        let positive = [
-            ("difference_step", self.difference_step),
-            ("least_difference_step", self.least_difference_step),
-            ("violation_tolerance", self.violation_tolerance),
-            ("first_objective_change", self.first_objective_change),
-            ("first_move", self.first_move),
-            ("push_off", self.push_off),
-        ];
-        for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                faults.add(
-                    format!("{path}.{name}"),
-                    format!("must be positive, found {value}"),
-                );
-            }
-        }
-        let not_negative = [
-            ("relative_tolerance", self.relative_tolerance),
-            ("absolute_tolerance", self.absolute_tolerance.unwrap_or(0.0)),
-            ("stall_factor", self.stall_factor),
-        ];
-        for (name, value) in not_negative {
-            if !(value.is_finite() && value >= 0.0) {
-                faults.add(
-                    format!("{path}.{name}"),
-                    format!("must not be negative, found {value}"),
-                );
-            }
-        }
+        positive(
+            path,
+            &[
+                ("difference_step", self.difference_step),
+                ("least_difference_step", self.least_difference_step),
+                ("violation_tolerance", self.violation_tolerance),
+                ("first_objective_change", self.first_objective_change),
+                ("first_move", self.first_move),
+                ("push_off", self.push_off),
+            ],
+            faults,
+        );
+        not_negative(
+            path,
+            &[
+                ("relative_tolerance", self.relative_tolerance),
+                ("absolute_tolerance", self.absolute_tolerance.unwrap_or(0.0)),
+                ("stall_factor", self.stall_factor),
+            ],
+            faults,
+        );
         if !(self.active_from.is_finite() && self.active_from < 0.0) {
             let message = format!("must be negative, found {}", self.active_from);
             faults.add(format!("{path}.active_from"), message);
         }
-        for (name, value) in [
-            ("consecutive", self.consecutive),
-            ("max_iterations", self.max_iterations),
-            ("infeasible_iterations", self.infeasible_iterations),
-        ] {
-            if value == 0 {
-                faults.add(format!("{path}.{name}"), "must be at least 1");
-            }
+        at_least_one(
+            path,
+            &[
+                ("consecutive", self.consecutive),
+                ("max_iterations", self.max_iterations),
+                ("infeasible_iterations", self.infeasible_iterations),
+            ],
+            faults,
+        );
+    }
+}
+
+/// Notes every option that is not positive.
+pub(super) fn positive(path: &str, options: &[(&str, f64)], faults: &mut Faults) {
+    for (name, value) in options {
+        if !(value.is_finite() && *value > 0.0) {
+            faults.add(
+                format!("{path}.{name}"),
+                format!("must be positive, found {value}"),
+            );
+        }
+    }
+}
+
+/// Notes every option that is negative.
+pub(super) fn not_negative(path: &str, options: &[(&str, f64)], faults: &mut Faults) {
+    for (name, value) in options {
+        if !(value.is_finite() && *value >= 0.0) {
+            faults.add(
+                format!("{path}.{name}"),
+                format!("must not be negative, found {value}"),
+            );
+        }
+    }
+}
+
+/// Notes every count that is 0.
+pub(super) fn at_least_one(path: &str, options: &[(&str, usize)], faults: &mut Faults) {
+    for (name, value) in options {
+        if *value == 0 {
+            faults.add(format!("{path}.{name}"), "must be at least 1");
         }
     }
 }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     contract::{Ask, Told},
+    gcmma::Gcmma,
     mmfd::Mmfd,
     options::OptimiserOptions,
     point::Point,
@@ -19,6 +20,8 @@ use crate::fault::Faults;
 pub enum OptimiserState {
     /// Modified method of feasible directions.
     Mmfd(Box<Mmfd>),
+    /// Moving asymptotes.
+    Gcmma(Box<Gcmma>),
     /// A list of points.
     Sweep(Sweep),
 }
@@ -49,6 +52,9 @@ pub fn start(
         OptimiserOptions::Mmfd(options) => {
             OptimiserState::Mmfd(Box::new(Mmfd::start(options, problem, x0)))
         }
+        OptimiserOptions::Gcmma(options) => {
+            OptimiserState::Gcmma(Box::new(Gcmma::start(options, problem, x0)))
+        }
         OptimiserOptions::Sweep(options) => {
             OptimiserState::Sweep(Sweep::start(options, problem, x0)?)
         }
@@ -65,6 +71,7 @@ pub fn step(state: &OptimiserState, told: &[Told]) -> Step {
     let mut state = state.clone();
     match &mut state {
         OptimiserState::Mmfd(mmfd) => mmfd.tell(told),
+        OptimiserState::Gcmma(gcmma) => gcmma.tell(told),
         OptimiserState::Sweep(sweep) => sweep.tell(told),
     }
     Step {
@@ -80,8 +87,10 @@ pub fn step(state: &OptimiserState, told: &[Told]) -> Step {
 /// void. A finished run, and a sweep, are left as they are.
 pub fn rebase(state: &OptimiserState) -> Step {
     let mut state = state.clone();
-    if let OptimiserState::Mmfd(mmfd) = &mut state {
-        mmfd.rebase();
+    match &mut state {
+        OptimiserState::Mmfd(mmfd) => mmfd.rebase(),
+        OptimiserState::Gcmma(gcmma) => gcmma.rebase(),
+        OptimiserState::Sweep(_) => {}
     }
     Step {
         asks: state.asks(),
@@ -95,6 +104,7 @@ impl OptimiserState {
     pub fn asks(&self) -> Vec<Ask> {
         match self {
             Self::Mmfd(mmfd) => mmfd.asks(),
+            Self::Gcmma(gcmma) => gcmma.asks(),
             Self::Sweep(sweep) => sweep.asks(),
         }
     }
@@ -103,6 +113,7 @@ impl OptimiserState {
     pub fn done(&self) -> Option<StopReason> {
         match self {
             Self::Mmfd(mmfd) => mmfd.done(),
+            Self::Gcmma(gcmma) => gcmma.done(),
             Self::Sweep(sweep) => sweep.done,
         }
     }
@@ -111,6 +122,7 @@ impl OptimiserState {
     pub fn iterate(&self) -> Option<&Point> {
         match self {
             Self::Mmfd(mmfd) => mmfd.iterate(),
+            Self::Gcmma(gcmma) => gcmma.iterate(),
             Self::Sweep(sweep) => sweep.best.as_ref(),
         }
     }
@@ -120,6 +132,7 @@ impl OptimiserState {
     pub fn best(&self) -> Option<&Point> {
         match self {
             Self::Mmfd(mmfd) => mmfd.best(),
+            Self::Gcmma(gcmma) => gcmma.best(),
             Self::Sweep(sweep) => sweep.best.as_ref(),
         }
     }
@@ -128,6 +141,7 @@ impl OptimiserState {
     pub fn iteration(&self) -> usize {
         match self {
             Self::Mmfd(mmfd) => mmfd.iteration(),
+            Self::Gcmma(gcmma) => gcmma.iteration(),
             Self::Sweep(_) => 0,
         }
     }
@@ -136,6 +150,7 @@ impl OptimiserState {
     pub fn at_iteration_boundary(&self) -> bool {
         match self {
             Self::Mmfd(mmfd) => mmfd.at_iteration_boundary(),
+            Self::Gcmma(gcmma) => gcmma.at_iteration_boundary(),
             Self::Sweep(_) => false,
         }
     }
@@ -144,6 +159,7 @@ impl OptimiserState {
     pub fn analyses(&self) -> usize {
         match self {
             Self::Mmfd(mmfd) => mmfd.analyses(),
+            Self::Gcmma(gcmma) => gcmma.analyses(),
             Self::Sweep(sweep) => sweep.analyses,
         }
     }
@@ -152,6 +168,7 @@ impl OptimiserState {
     pub fn gradients(&self) -> usize {
         match self {
             Self::Mmfd(mmfd) => mmfd.gradients(),
+            Self::Gcmma(gcmma) => gcmma.gradients(),
             Self::Sweep(_) => 0,
         }
     }
@@ -161,6 +178,7 @@ impl OptimiserState {
     pub fn multipliers(&self) -> Vec<f64> {
         match self {
             Self::Mmfd(mmfd) => mmfd.multipliers().to_vec(),
+            Self::Gcmma(gcmma) => gcmma.multipliers(),
             Self::Sweep(_) => Vec::new(),
         }
     }

@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// An objective below this falls without limit.
+pub(super) const UNBOUNDED: f64 = -1e40;
+
 /// Why a run ended, with the numbers that decided it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "reason", rename_all = "snake_case", deny_unknown_fields)]

@@ -123,7 +123,7 @@ pub fn begin(
             source,
         })?;
     let has_base = matches!(step.model, Model::FeCascade(_))
-        && matches!(step.optimiser, OptimiserOptions::Mmfd(_));
+        && !matches!(step.optimiser, OptimiserOptions::Sweep(_));
     let mut state = RestartState {
         spec: spec.clone(),
         // The optimiser moves the start into the bounds: its first ask is the design that counts.

@@ -60,7 +60,7 @@ impl StudyStep {
     pub fn restart_count(&self) -> usize {
         let starts = match self.optimiser {
             OptimiserOptions::Sweep(_) => 1,
-            OptimiserOptions::Mmfd(_) => self
+            OptimiserOptions::Mmfd(_) | OptimiserOptions::Gcmma(_) => self
                 .restarts
                 .start
                 .iter()
@@ -92,7 +92,7 @@ impl Study {
                 let first = options.points.first().cloned().unwrap_or_default();
                 starts.push((None, s.restarts.seed, first));
             }
-            OptimiserOptions::Mmfd(_) => {
+            OptimiserOptions::Mmfd(_) | OptimiserOptions::Gcmma(_) => {
                 for kind in &s.restarts.start {
                     self.add_starts(step, s, *kind, &mut starts)?;
                 }

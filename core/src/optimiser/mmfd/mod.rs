@@ -45,7 +45,6 @@ use super::{
 
 /// Points between the last two iterates tried where the model has values but no gradient.
 const BACKOFFS: usize = 2;
-const UNBOUNDED: f64 = -1e40;
 
 /// What the run waits for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

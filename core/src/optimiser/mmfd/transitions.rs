@@ -1,7 +1,7 @@
 //! What an answer leads to, phase by phase.
 
 use super::{
-    BACKOFFS, Conjugacy, Curvature, GradientSource, Mmfd, Phase, Previous, UNBOUNDED,
+    BACKOFFS, Conjugacy, Curvature, GradientSource, Mmfd, Phase, Previous,
     direction::{self, At, Found, find},
     memory::Closing,
     metric::Metric,
@@ -13,7 +13,7 @@ use crate::optimiser::{
     point::{Point, keep_best},
     problem::NUDGES,
     rows::{self, Gradient},
-    stop::StopReason,
+    stop::{StopReason, UNBOUNDED},
 };
 
 impl Mmfd {

@@ -2,28 +2,11 @@
 
 use super::{
     cases::{Case, named},
-    run::{Run, options, run, run_through},
+    run::{Run, run, run_through, variants},
 };
 use crate::optimiser::{
-    Curvature, GradientSource, MmfdOptions, OptimiserOptions, Problem, StopReason, Told, Values,
-    start, step,
+    GcmmaOptions, MmfdOptions, OptimiserOptions, Problem, StopReason, Told, Values, start, step,
 };
-
-fn variants() -> Vec<MmfdOptions> {
-    vec![
-        options(GradientSource::Model),
-        options(GradientSource::Differences),
-        MmfdOptions {
-            eager_gradients: true,
-            ..options(GradientSource::Model)
-        },
-        MmfdOptions {
-            eager_gradients: true,
-            curvature: Curvature::Always,
-            ..options(GradientSource::Model)
-        },
-    ]
-}
 
 fn ends_well(case: &Case, run: &Run, place: &str) {
     let best = run.state.best().expect("a best point");
@@ -103,12 +86,8 @@ fn a_region_without_equilibrium_is_backed_away_from() {
     // The model fails for x1 < 0.8, short of the optimum at 0.7887: the run must end at the edge of what exists.
     let case = named("three_bar_truss");
     for options in variants() {
-        let (mut state, mut asks) = start(
-            OptimiserOptions::Mmfd(options),
-            case.problem(),
-            case.x0.clone(),
-        )
-        .expect("a start");
+        let (mut state, mut asks) =
+            start(options.clone(), case.problem(), case.x0.clone()).expect("a start");
         let mut count = 0;
         let reason = loop {
             let told: Vec<Told> = asks
@@ -130,8 +109,13 @@ fn a_region_without_equilibrium_is_backed_away_from() {
             assert!(count < 2000, "a run without end");
         };
         let best = state.best().expect("a best point");
+        // Failures tell the asymptotes nothing about which variable caused them: they stop short of the corner.
+        let most = match options {
+            OptimiserOptions::Gcmma(_) => 2.85,
+            _ => 2.75,
+        };
         assert!(
-            best.objective < 2.75 && best.violation <= 0.003,
+            best.objective < most && best.violation <= 0.003,
             "{best:?}, {reason:?}"
         );
     }
@@ -140,20 +124,17 @@ fn a_region_without_equilibrium_is_backed_away_from() {
 #[test]
 fn a_model_without_gradients_is_differenced() {
     let case = named("three_bar_truss");
-    let run = run_through(
-        &case,
-        options(GradientSource::Model),
-        case.x0.clone(),
-        |_, told| match told {
+    for options in variants() {
+        let run = run_through(&case, options, case.x0.clone(), |_, told| match told {
             Told::Values(values) => Told::Values(Values {
                 gradient: None,
                 constraint_gradients: None,
                 ..values
             }),
             Told::Failed => Told::Failed,
-        },
-    );
-    ends_well(&case, &run, "no gradients");
+        });
+        ends_well(&case, &run, "no gradients");
+    }
 }
 
 #[test]
@@ -198,6 +179,11 @@ fn failures_of_most_points_still_end_with_a_reason() {
 
 #[test]
 fn hopeless_problems_end_with_their_reason() {
+    hopeless_problems(&MmfdOptions::default().into());
+    hopeless_problems(&GcmmaOptions::default().into());
+}
+
+fn hopeless_problems(options: &OptimiserOptions) {
     let problem = |inequalities| Problem {
         lower: vec![-1e6; 2],
         upper: vec![1e6; 2],
@@ -205,9 +191,8 @@ fn hopeless_problems_end_with_their_reason() {
         equalities: 0,
     };
     let run = |inequalities: usize, evaluate: &dyn Fn(&[f64]) -> Values| {
-        let options = OptimiserOptions::Mmfd(MmfdOptions::default());
         let (mut state, mut asks) =
-            start(options, problem(inequalities), vec![1.0, 2.0]).expect("a start");
+            start(options.clone(), problem(inequalities), vec![1.0, 2.0]).expect("a start");
         for _ in 0..5000 {
             let told: Vec<Told> = asks
                 .iter()

@@ -1,10 +1,12 @@
 //! The optimisers against published problems: values, counts, resumption, failures, time.
 
+mod asymptotes;
 mod cases;
 mod check_points;
 mod conditions;
 mod door;
 mod failures;
+mod growth;
 mod resume;
 mod run;
 mod table;

@@ -1,10 +1,7 @@
 //! A run that is killed at any phase and read back from JSON goes on with the same points, bit by bit.
 
-use super::{cases::named, run::options};
-use crate::optimiser::{
-    Ask, AskKind, Curvature, GradientSource, MmfdOptions, OptimiserOptions, OptimiserState, Point,
-    Told, rebase, start, step,
-};
+use super::{cases::named, run::variants};
+use crate::optimiser::{Ask, AskKind, OptimiserState, Point, Told, rebase, start, step};
 
 fn bits(asks: &[Ask]) -> Vec<(AskKind, bool, usize, Vec<u64>)> {
     let one = |ask: &Ask| {
@@ -25,18 +22,6 @@ fn reborn(state: &OptimiserState) -> OptimiserState {
     read
 }
 
-fn variants() -> Vec<MmfdOptions> {
-    vec![
-        options(GradientSource::Model),
-        options(GradientSource::Differences),
-        MmfdOptions {
-            eager_gradients: true,
-            curvature: Curvature::Always,
-            ..options(GradientSource::Model)
-        },
-    ]
-}
-
 #[test]
 fn killed_at_every_phase_a_run_goes_on_bit_by_bit() {
     for id in [
@@ -50,14 +35,7 @@ fn killed_at_every_phase_a_run_goes_on_bit_by_bit() {
         for options in variants() {
             // Points from an infeasible start too: its search has phases of its own.
             for x0 in std::iter::once(&case.x0).chain(case.starts.values()) {
-                let open = || {
-                    start(
-                        OptimiserOptions::Mmfd(options.clone()),
-                        case.problem(),
-                        x0.clone(),
-                    )
-                    .expect("a start")
-                };
+                let open = || start(options.clone(), case.problem(), x0.clone()).expect("a start");
                 let ((mut kept, mut asks), (mut killed, mut asks_again)) = (open(), open());
                 let mut steps = 0;
                 loop {
@@ -105,12 +83,8 @@ fn killed_at_every_phase_a_run_goes_on_bit_by_bit() {
 fn a_rebase_asks_for_the_iterate_again_and_no_stop_test_spans_it() {
     for options in variants() {
         let case = named("rosen_suzuki");
-        let (mut state, mut asks) = start(
-            OptimiserOptions::Mmfd(options.clone()),
-            case.problem(),
-            case.x0.clone(),
-        )
-        .expect("a start");
+        let (mut state, mut asks) =
+            start(options.clone(), case.problem(), case.x0.clone()).expect("a start");
         // The new plan's objective lies 0.5 higher and its constraints 0.01.
         let mut shift = 0.0;
         let mut rebased = 0;

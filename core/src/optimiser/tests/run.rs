@@ -2,8 +2,8 @@
 
 use super::cases::Case;
 use crate::optimiser::{
-    Ask, GradientSource, MmfdOptions, OptimiserOptions, OptimiserState, StopReason, Told, start,
-    step,
+    Ask, Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, OptimiserState,
+    StopReason, Told, start, step,
 };
 
 /// A run and what it asked for.
@@ -21,16 +21,44 @@ pub(super) fn options(gradient: GradientSource) -> MmfdOptions {
     }
 }
 
+/// Every method, in the forms that differ in their phases.
+pub(super) fn variants() -> Vec<OptimiserOptions> {
+    let asymptotes = |gradient, eager_gradients, globalise| GcmmaOptions {
+        gradient,
+        eager_gradients,
+        globalise,
+        ..GcmmaOptions::default()
+    };
+    vec![
+        options(GradientSource::Model).into(),
+        options(GradientSource::Differences).into(),
+        MmfdOptions {
+            eager_gradients: true,
+            ..options(GradientSource::Model)
+        }
+        .into(),
+        MmfdOptions {
+            eager_gradients: true,
+            curvature: Curvature::Always,
+            ..options(GradientSource::Model)
+        }
+        .into(),
+        asymptotes(GradientSource::Model, false, true).into(),
+        asymptotes(GradientSource::Differences, false, true).into(),
+        asymptotes(GradientSource::Model, true, true).into(),
+        asymptotes(GradientSource::Model, true, false).into(),
+    ]
+}
+
 /// Runs to the end; `told` stands between the problem and the optimiser and may spoil answers.
 pub(super) fn run_through(
     case: &Case,
-    options: MmfdOptions,
+    options: impl Into<OptimiserOptions>,
     x0: Vec<f64>,
     mut told: impl FnMut(usize, Told) -> Told,
 ) -> Run {
     let problem = case.problem();
-    let (mut state, mut asks) =
-        start(OptimiserOptions::Mmfd(options), problem.clone(), x0).expect("a valid start");
+    let (mut state, mut asks) = start(options.into(), problem.clone(), x0).expect("a valid start");
     let mut history = Vec::new();
     loop {
         assert!(history.len() < 200_000, "{}: a run without end", case.id);
@@ -65,6 +93,21 @@ pub(super) fn run_through(
     }
 }
 
-pub(super) fn run(case: &Case, options: MmfdOptions, x0: Vec<f64>) -> Run {
+pub(super) fn run(case: &Case, options: impl Into<OptimiserOptions>, x0: Vec<f64>) -> Run {
     run_through(case, options, x0, |_, told| told)
+}
+
+/// Cost of the whole run over its cost to within 0.1 % of its final value.
+pub(super) fn tail(run: &Run, last: f64) -> f64 {
+    let mut cost = 0;
+    let mut reached = None;
+    for (_, seen) in &run.history {
+        cost += 1;
+        let near =
+            |&(f, violation): &(f64, f64)| violation <= 0.003 && f <= last + 1e-3 * last.abs();
+        if reached.is_none() && seen.as_ref().is_some_and(near) {
+            reached = Some(cost);
+        }
+    }
+    cost as f64 / reached.unwrap_or(cost) as f64
 }

@@ -2,7 +2,7 @@
 
 use super::{
     cases::{Case, named},
-    run::{Run, options, run},
+    run::{Run, options, run, tail},
 };
 use crate::optimiser::{Curvature, GradientSource, MmfdOptions};
 
@@ -48,21 +48,6 @@ const REFERENCES: [Reference; 15] = [
 struct Line {
     text: String,
     failures: Vec<String>,
-}
-
-/// Cost of the whole run over its cost to within 0.1 % of its final value.
-fn tail(run: &Run, last: f64) -> f64 {
-    let mut cost = 0;
-    let mut reached = None;
-    for (_, seen) in &run.history {
-        cost += 1;
-        let near =
-            |&(f, violation): &(f64, f64)| violation <= 0.003 && f <= last + 1e-3 * last.abs();
-        if reached.is_none() && seen.as_ref().is_some_and(near) {
-            reached = Some(cost);
-        }
-    }
-    cost as f64 / reached.unwrap_or(cost) as f64
 }
 
 fn line(

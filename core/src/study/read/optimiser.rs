@@ -2,12 +2,55 @@
 
 use super::restarts::read_points;
 use crate::document::{Node, Object};
-use crate::optimiser::{Curvature, GradientSource, MmfdOptions, OptimiserOptions, SweepOptions};
+use crate::optimiser::{
+    Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, SweepOptions,
+};
 
 pub(super) const MAX_POINTS: usize = 100_000;
 
 /// Lower and upper bounds of a step's variables.
 pub type Bounds = (Vec<f64>, Vec<f64>);
+
+#[derive(Clone, Copy)]
+enum Method {
+    Mmfd,
+    Gcmma,
+    Sweep,
+}
+
+/// What a model can do about gradients.
+#[derive(Clone, Copy)]
+struct Gradients {
+    /// A finite-element model: the adjoint costs a few per cent of the analysis that it belongs to; a program's gradient
+    /// may cost anything.
+    chambers: bool,
+    gives: bool,
+}
+
+impl Gradients {
+    fn default_source(self) -> GradientSource {
+        if self.gives {
+            GradientSource::Model
+        } else {
+            GradientSource::Differences
+        }
+    }
+
+    /// Reads `gradient`.
+    fn read(self, object: &Object<'_>) -> Option<GradientSource> {
+        object.or("gradient", self.default_source(), |n| {
+            let source = n.choice(&[
+                ("model", GradientSource::Model),
+                ("differences", GradientSource::Differences),
+            ])?;
+            n.expect(
+                self.gives || source == GradientSource::Differences,
+                "the command model gives no gradient (gradient = true is missing there)",
+            )?;
+            Some(source)
+        })
+    }
+}
 
 /// Reads `optimiser` for a finite-element model (`chambers`) or a program, which gives gradients or not.
 pub fn read_optimiser(
@@ -17,13 +60,19 @@ pub fn read_optimiser(
     bounds: Option<&Bounds>,
 ) -> Option<OptimiserOptions> {
     let object = node.open()?;
-    let mmfd = object
-        .required("method")?
-        .choice(&[("mmfd", true), ("sweep", false)])?;
-    let options = if mmfd {
-        read_mmfd(&object, chambers, gives_gradients).map(OptimiserOptions::Mmfd)
-    } else {
-        read_sweep(&object, bounds).map(OptimiserOptions::Sweep)
+    let gradients = Gradients {
+        chambers,
+        gives: gives_gradients,
+    };
+    let method = object.required("method")?.choice(&[
+        ("mmfd", Method::Mmfd),
+        ("gcmma", Method::Gcmma),
+        ("sweep", Method::Sweep),
+    ])?;
+    let options = match method {
+        Method::Mmfd => read_mmfd(&object, gradients).map(OptimiserOptions::Mmfd),
+        Method::Gcmma => read_gcmma(&object, gradients).map(OptimiserOptions::Gcmma),
+        Method::Sweep => read_sweep(&object, bounds).map(OptimiserOptions::Sweep),
     }?;
     let mut faults = crate::fault::Faults::default();
     options.faults(node.path(), &mut faults);
@@ -31,7 +80,7 @@ pub fn read_optimiser(
     Some(options)
 }
 
-fn read_mmfd(object: &Object<'_>, chambers: bool, gives_gradients: bool) -> Option<MmfdOptions> {
+fn read_mmfd(object: &Object<'_>, gradients: Gradients) -> Option<MmfdOptions> {
     object.allow(&[
         "method",
         "gradient",
@@ -53,26 +102,10 @@ fn read_mmfd(object: &Object<'_>, chambers: bool, gives_gradients: bool) -> Opti
         "stall_factor",
     ]);
     let default = MmfdOptions {
-        gradient: if gives_gradients {
-            GradientSource::Model
-        } else {
-            GradientSource::Differences
-        },
-        // The adjoint costs a few per cent of the analysis that it belongs to; a program's gradient may cost anything.
-        eager_gradients: chambers,
+        eager_gradients: gradients.chambers,
         ..MmfdOptions::default()
     };
-    let gradient = object.or("gradient", default.gradient, |n| {
-        let source = n.choice(&[
-            ("model", GradientSource::Model),
-            ("differences", GradientSource::Differences),
-        ])?;
-        n.expect(
-            gives_gradients || source == GradientSource::Differences,
-            "the command model gives no gradient (gradient = true is missing there)",
-        )?;
-        Some(source)
-    });
+    let gradient = gradients.read(object);
     let number = |name: &str, default: f64| object.or(name, default, Node::number);
     let count = |name: &str, default: usize| object.or(name, default, |n| n.count(1, 1_000_000));
     // Every field is read before the first missing one ends the reading.
@@ -115,6 +148,63 @@ fn read_mmfd(object: &Object<'_>, chambers: bool, gives_gradients: bool) -> Opti
         scale_every: scale_every?,
         infeasible_iterations: infeasible_iterations?,
         push_off: push_off?,
+        stall_factor: stall_factor?,
+    })
+}
+
+fn read_gcmma(object: &Object<'_>, gradients: Gradients) -> Option<GcmmaOptions> {
+    object.allow(&[
+        "method",
+        "gradient",
+        "eager_gradients",
+        "difference_step",
+        "least_difference_step",
+        "globalise",
+        "violation_tolerance",
+        "absolute_tolerance",
+        "relative_tolerance",
+        "consecutive",
+        "stationarity_tolerance",
+        "max_iterations",
+        "first_move",
+        "infeasible_iterations",
+        "stall_factor",
+    ]);
+    let default = GcmmaOptions {
+        eager_gradients: gradients.chambers,
+        ..GcmmaOptions::default()
+    };
+    let number = |name: &str, default: f64| object.or(name, default, Node::number);
+    let count = |name: &str, default: usize| object.or(name, default, |n| n.count(1, 1_000_000));
+    // Every field is read before the first missing one ends the reading.
+    let gradient = gradients.read(object);
+    let eager_gradients = object.or("eager_gradients", default.eager_gradients, Node::boolean);
+    let difference_step = number("difference_step", default.difference_step);
+    let least_difference_step = number("least_difference_step", default.least_difference_step);
+    let globalise = object.or("globalise", default.globalise, Node::boolean);
+    let violation_tolerance = number("violation_tolerance", default.violation_tolerance);
+    let absolute_tolerance = object.optional("absolute_tolerance", Node::number);
+    let relative_tolerance = number("relative_tolerance", default.relative_tolerance);
+    let consecutive = count("consecutive", default.consecutive);
+    let stationarity_tolerance = number("stationarity_tolerance", default.stationarity_tolerance);
+    let max_iterations = count("max_iterations", default.max_iterations);
+    let first_move = number("first_move", default.first_move);
+    let infeasible_iterations = count("infeasible_iterations", default.infeasible_iterations);
+    let stall_factor = number("stall_factor", default.stall_factor);
+    Some(GcmmaOptions {
+        gradient: gradient?,
+        eager_gradients: eager_gradients?,
+        difference_step: difference_step?,
+        least_difference_step: least_difference_step?,
+        globalise: globalise?,
+        violation_tolerance: violation_tolerance?,
+        absolute_tolerance: absolute_tolerance?,
+        relative_tolerance: relative_tolerance?,
+        consecutive: consecutive?,
+        stationarity_tolerance: stationarity_tolerance?,
+        max_iterations: max_iterations?,
+        first_move: first_move?,
+        infeasible_iterations: infeasible_iterations?,
         stall_factor: stall_factor?,
     })
 }

@@ -159,14 +159,46 @@ fn rectangles_move_their_corners() {
 fn gradients_come_from_the_model_unless_it_has_none() {
     let gradient = |document: &serde_json::Value| match &study(document).steps[0].optimiser {
         OptimiserOptions::Mmfd(options) => options.gradient,
+        OptimiserOptions::Gcmma(options) => options.gradient,
         OptimiserOptions::Sweep(_) => panic!("no sweep"),
     };
+    for method in ["mmfd", "gcmma"] {
+        let mut truss = example("three-bar-truss");
+        truss["step"][0]["optimiser"]["method"] = json!(method);
+        assert_eq!(gradient(&truss), GradientSource::Model);
+        truss["step"][0]["model"]["gradient"] = json!(false);
+        assert_eq!(faults(&truss), ["step[0].optimiser.gradient"]);
+        truss["step"][0]["optimiser"] = json!({"method": method});
+        assert_eq!(gradient(&truss), GradientSource::Differences);
+    }
+}
+
+#[test]
+fn every_fault_of_the_asymptotes_is_told_at_once() {
     let mut truss = example("three-bar-truss");
-    assert_eq!(gradient(&truss), GradientSource::Model);
-    truss["step"][0]["model"]["gradient"] = json!(false);
-    assert_eq!(faults(&truss), ["step[0].optimiser.gradient"]);
-    truss["step"][0]["optimiser"] = json!({"method": "mmfd"});
-    assert_eq!(gradient(&truss), GradientSource::Differences);
+    truss["step"][0]["optimiser"] = json!({
+        "method": "gcmma", "first_move": 2.0, "relative_tolerance": -1.0, "violation_tolerance": 0.0
+    });
+    assert_eq!(
+        faults(&truss),
+        [
+            "step[0].optimiser.violation_tolerance",
+            "step[0].optimiser.relative_tolerance",
+            "step[0].optimiser.first_move"
+        ]
+    );
+    truss["step"][0]["optimiser"] =
+        json!({"method": "gcmma", "globalise": 1, "active_from": -0.1, "consecutive": 0});
+    let mut found = faults(&truss);
+    found.sort();
+    assert_eq!(
+        found,
+        [
+            "step[0].optimiser.active_from",
+            "step[0].optimiser.consecutive",
+            "step[0].optimiser.globalise"
+        ]
+    );
 }
 
 #[test]

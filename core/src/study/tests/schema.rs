@@ -84,6 +84,18 @@ fn what_reads_conforms() {
             "{name}, resolved"
         );
     }
+    for optimiser in [
+        "{\"method\": \"gcmma\", \"first_move\": 0.2}",
+        "{\"method\": \"gcmma\", \"globalise\": false}",
+    ] {
+        let assignment = format!("step[0].optimiser={optimiser}");
+        let document = with(&example("three-bar-truss"), &[&assignment]);
+        assert!(conforms(&schema, &document), "{optimiser}");
+        assert!(
+            conforms(&schema, &study(&document).document()),
+            "{optimiser}, resolved"
+        );
+    }
     for name in PRESETS {
         assert!(
             conforms(&schema, &preset(name).expect("a preset")),

@@ -1,0 +1,167 @@
+//! The convex separable approximations of the objective and of all rows.
+//!
+//! With the step w from the iterate in fractions of the ranges, s the distance of the asymptotes and g the slopes
+//!
+//! ```text
+//! f~(w) = f + sum_j [p_j s^2 / (s - w) + q_j s^2 / (s + w) - (p_j + q_j) s]
+//! p = 1.001 g+ + 0.001 g- + rho,   q = 0.001 g+ + 1.001 g- + rho
+//!       = f + sum_j [g_j a(w_j) + (1.002 |g_j| + 2 rho) b(w_j)],
+//! a = s^2 w / (s^2 - w^2),   b = s w^2 / (s^2 - w^2)
+//! ```
+//! (Svanberg 2007, equations for p, q and rho; the second line is the first sorted by what is odd and what is even.)
+//! The part of rho is the same function of w in every row, so the Jacobian is as sparse as the gradients plus a product of
+//! two vectors.
+//!
+//! Rows are divided by their largest slope, the objective too and afresh in every iteration, so that rho and the elastic
+//! cost mean the same for objectives and constraints of any size.
+
+use super::asymptotes::Asymptotes;
+use crate::optimiser::{
+    point::Point,
+    problem::Problem,
+    rows::{self, Gradient},
+};
+
+/// Weight of |g| in b: Svanberg's 1.001 + 0.001.
+const EVEN: f64 = 1.002;
+/// A row's scale is at least this share of its violation, and at least this.
+const VIOLATION_SHARE: f64 = 1e-3;
+const LEAST_SCALE: f64 = 1e-12;
+
+/// An objective or a row, in scaled form.
+pub(super) struct Function {
+    /// Value at the iterate, over the scale; the objective's is 0.
+    pub value: f64,
+    /// What value and slopes were divided by.
+    pub scale: f64,
+    /// Variables with a slope, and it.
+    pub slopes: Vec<(usize, f64)>,
+}
+
+/// The functions at an iterate: first the objective, then the rows.
+pub(super) struct Model {
+    pub functions: Vec<Function>,
+    /// Distance of the asymptotes.
+    pub distance: Vec<f64>,
+    objective: f64,
+}
+
+/// a, b and their first two derivatives at a step.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Terms {
+    pub a: [f64; 3],
+    pub b: [f64; 3],
+}
+
+impl Terms {
+    pub fn at(s: f64, w: f64) -> Self {
+        let (s2, w2) = (s * s, w * w);
+        let d = s2 - w2;
+        let (d2, d3) = (d * d, d * d * d);
+        Self {
+            a: [
+                s2 * w / d,
+                s2 * (s2 + w2) / d2,
+                s2 * w * (6.0 * s2 + 2.0 * w2) / d3,
+            ],
+            b: [
+                s * w2 / d,
+                2.0 * s * s2 * w / d2,
+                2.0 * s * s2 * (s2 + 3.0 * w2) / d3,
+            ],
+        }
+    }
+
+    /// The part of a slope without rho, or its derivatives.
+    pub fn part(&self, slope: f64, order: usize) -> f64 {
+        slope * self.a[order] + EVEN * slope.abs() * self.b[order]
+    }
+
+    /// What rho is multiplied by.
+    pub fn rho(&self, order: usize) -> f64 {
+        2.0 * self.b[order]
+    }
+}
+
+impl Model {
+    pub fn new(
+        problem: &Problem,
+        asymptotes: &Asymptotes,
+        at: &Point,
+        gradient: &Gradient,
+    ) -> Self {
+        let function = |value: f64, gradient: &[f64], least_scale: f64| {
+            let slopes: Vec<(usize, f64)> = gradient
+                .iter()
+                .zip(&asymptotes.range)
+                .map(|(g, range)| g * range)
+                .enumerate()
+                .filter(|(_, g)| *g != 0.0)
+                .collect();
+            let steepest = slopes
+                .iter()
+                .fold(0.0, |most: f64, (_, g)| most.max(g.abs()));
+            let scale = steepest.max(least_scale);
+            let scale = if scale > 0.0 { scale } else { 1.0 };
+            Function {
+                value: value / scale,
+                scale,
+                slopes: slopes.into_iter().map(|(j, g)| (j, g / scale)).collect(),
+            }
+        };
+        let mut functions = vec![function(0.0, &gradient.objective, 0.0)];
+        for (row, &value) in rows::values(problem, &at.constraints).iter().enumerate() {
+            let least_scale = (VIOLATION_SHARE * value).max(LEAST_SCALE);
+            let gradient = rows::gradient(problem, gradient, row);
+            functions.push(function(value, &gradient, least_scale));
+        }
+        Self {
+            functions,
+            distance: asymptotes.distance.clone(),
+            objective: at.objective,
+        }
+    }
+
+    /// Scaled values of the functions at an evaluated point.
+    pub fn scaled(&self, problem: &Problem, point: &Point) -> Vec<f64> {
+        let rows = rows::values(problem, &point.constraints);
+        std::iter::once(point.objective - self.objective)
+            .chain(rows)
+            .zip(&self.functions)
+            .map(|(value, function)| value / function.scale)
+            .collect()
+    }
+
+    /// Approximations at a step without rho, and what rho is multiplied by there; none beyond an asymptote.
+    pub fn at(&self, step: &[f64]) -> Option<(Vec<f64>, f64)> {
+        if step
+            .iter()
+            .zip(&self.distance)
+            .any(|(w, s)| w.abs() >= 0.999 * s)
+        {
+            return None;
+        }
+        let terms: Vec<Terms> = step
+            .iter()
+            .zip(&self.distance)
+            .map(|(w, s)| Terms::at(*s, *w))
+            .collect();
+        let values = self
+            .functions
+            .iter()
+            .map(|function| {
+                let parts = function.slopes.iter().map(|&(j, g)| terms[j].part(g, 0));
+                function.value + parts.sum::<f64>()
+            })
+            .collect();
+        Some((values, terms.iter().map(|t| t.rho(0)).sum()))
+    }
+
+    /// Mean slope of each function: the natural size of its rho.
+    pub fn mean_slopes(&self) -> Vec<f64> {
+        let n = self.distance.len() as f64;
+        let mean =
+            |function: &Function| function.slopes.iter().map(|(_, g)| g.abs()).sum::<f64>() / n;
+        self.functions.iter().map(mean).collect()
+    }
+}

@@ -1,0 +1,128 @@
+//! A model like our own: an objective that grows by eight orders of magnitude, a limit that explodes, designs that fail.
+//!
+//! With y = B x (each variable and its two neighbours, as corners that share a wall) and s = (sum_j (y_j / r_j)^8)^(1/8):
+//! maximise 1e-6 exp(c sum_j a_j y_j) with s <= 1, told as s^8 - 1; no equilibrium beyond s = 1.25. By Hoelder's inequality
+//! sum a_j y_j <= (sum (a_j r_j)^(8/7))^(7/8) =: h, reached where y_j / r_j ~ (a_j r_j)^(1/7); c is such that the optimum
+//! is 100.
+
+use crate::optimiser::{
+    GcmmaOptions, MmfdOptions, OptimiserOptions, Problem, Told, Values, start, step,
+};
+
+const N: usize = 16;
+const POWER: f64 = 8.0;
+const FAILS_BEYOND: f64 = 1.25;
+
+fn gain(j: usize) -> f64 {
+    0.5 + ((j * 5) % N) as f64 / 10.0
+}
+
+fn size(j: usize) -> f64 {
+    0.8 + 0.2 * (j as f64).sin()
+}
+
+/// h.
+fn highest() -> f64 {
+    let dual = POWER / (POWER - 1.0);
+    let sum: f64 = (0..N).map(|j| (gain(j) * size(j)).powf(dual)).sum();
+    sum.powf(1.0 / dual)
+}
+
+/// B v; B is symmetric.
+fn spread(v: &[f64]) -> Vec<f64> {
+    (0..N)
+        .map(|j| 0.8 * v[j] + 0.15 * (v[(j + 1) % N] + v[(j + N - 1) % N]))
+        .collect()
+}
+
+/// The model: its limit, and thirty-two rows that depend on two variables each, as walls do.
+fn evaluate(x: &[f64]) -> Told {
+    let c = 1e8_f64.ln() / highest();
+    let y = spread(x);
+    let gains: Vec<f64> = (0..N).map(gain).collect();
+    let area = 1e-6 * (c * (0..N).map(|j| gains[j] * y[j]).sum::<f64>()).exp();
+    let sum: f64 = (0..N).map(|j| (y[j] / size(j)).powf(POWER)).sum();
+    if sum.powf(1.0 / POWER) > FAILS_BEYOND {
+        return Told::Failed;
+    }
+    let steep: Vec<f64> = (0..N)
+        .map(|j| POWER * (y[j] / size(j)).powf(POWER - 1.0) / size(j))
+        .collect();
+    let mut constraints = vec![sum - 1.0];
+    let mut gradients = vec![spread(&steep)];
+    for k in 0..32 {
+        let mut row = vec![0.0; N];
+        row[k % N] += 1.0 / 2.0;
+        row[(7 * k + 3) % N] += 1.0 / 2.0;
+        constraints.push(f64::midpoint(x[k % N], x[(7 * k + 3) % N]) - 1.0);
+        gradients.push(row);
+    }
+    Told::Values(Values {
+        objective: -area,
+        constraints,
+        gradient: Some(spread(&gains).iter().map(|a| -area * c * a).collect()),
+        constraint_gradients: Some(gradients),
+    })
+}
+
+/// Evaluations to 90 % and to 99 % of the optimum, and of the whole run.
+fn race(label: &str, options: OptimiserOptions) -> [Option<usize>; 3] {
+    let problem = Problem {
+        lower: vec![0.02; N],
+        upper: vec![1.2; N],
+        inequalities: 33,
+        equalities: 0,
+    };
+    let (mut state, mut asks) = start(options, problem, vec![0.03; N]).expect("a start");
+    let (mut evaluations, mut failed) = (0, 0);
+    let mut reached = [None; 3];
+    loop {
+        let told: Vec<Told> = asks.iter().map(|ask| evaluate(&ask.x)).collect();
+        evaluations += told.len();
+        failed += told.iter().filter(|told| **told == Told::Failed).count();
+        let next = step(&state, &told);
+        (state, asks) = (next.state, next.asks);
+        let best = state.best().expect("the start has values");
+        for (reached, share) in reached.iter_mut().zip([90.0, 99.0]) {
+            if reached.is_none() && best.violation <= 0.003 && best.objective <= -share {
+                *reached = Some(evaluations);
+            }
+        }
+        if let Some(reason) = next.done {
+            println!(
+                "{label}: evaluations to 90 %, to 99 % {reached:?}, in all {evaluations}, failed {failed}, best {:.3}, {reason:?}",
+                best.objective
+            );
+            reached[2] = Some(evaluations);
+            return reached;
+        }
+    }
+}
+
+#[test]
+fn ninety_nine_per_cent_of_the_growth_in_thirty_evaluations() {
+    let gcmma = |first_move, globalise| GcmmaOptions {
+        eager_gradients: true,
+        first_move,
+        globalise,
+        ..GcmmaOptions::default()
+    };
+    race(
+        "mmfd",
+        MmfdOptions {
+            eager_gradients: true,
+            first_objective_change: 1.0,
+            first_move: 0.1,
+            ..MmfdOptions::default()
+        }
+        .into(),
+    );
+    race("mma", gcmma(0.5, false).into());
+    for first_move in [0.1, 0.2, 0.5] {
+        let [_, most, _] = race(
+            &format!("gcmma {first_move}"),
+            gcmma(first_move, true).into(),
+        );
+        assert!(most.is_some_and(|evaluations| evaluations <= 30));
+    }
+}
