@@ -75,14 +75,15 @@ impl Convergence {
         self.small_relative > 0 || self.small_absolute > 0
     }
 
-    /// Learns from an iteration, `iteration` completed at a cost of `cost`, and says whether it was the last.
+    /// Learns from an iteration, `iteration` completed at a cost of `cost`, where the next costs at least `ahead`, and says
+    /// whether it was the last.
     pub fn close(
         &mut self,
         rules: &Rules,
         from: &Point,
         to: &Point,
         iteration: usize,
-        cost: usize,
+        [cost, ahead]: [usize; 2],
     ) -> Option<StopReason> {
         if to.violation > rules.violation_tolerance {
             self.small_absolute = 0;
@@ -113,7 +114,7 @@ impl Convergence {
         let (cost_to_best, reached) = self.reached_best()?;
         (rules.stall_factor > 0.0
             && iteration > reached + rules.consecutive
-            && cost as f64 > rules.stall_factor * cost_to_best as f64)
+            && (cost + ahead) as f64 > rules.stall_factor * cost_to_best as f64)
             .then_some(StopReason::Stall { cost, cost_to_best })
     }
 }

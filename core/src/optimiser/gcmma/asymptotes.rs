@@ -1,7 +1,8 @@
 //! How far a variable may go: asymptotes, and reaches that failed evaluations have taught.
 //!
-//! Everything is in fractions of a variable's range: the distance of its bounds, or where these are too far apart to say
-//! anything, ten times the start (at least 10).
+//! Distances and reaches are in fractions of a variable's range: the distance of its bounds, or where these are too far apart
+//! to say anything, ten times the start (at least 10). Steps are in units of the asymptotes' distance, so that the
+//! asymptotes are at -1 and 1.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,13 +29,13 @@ const WIDE: f64 = 100.0;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Asymptotes {
     /// Range of each variable; 0 where it is fixed.
-    pub range: Vec<f64>,
+    range: Vec<f64>,
     /// Distance of both asymptotes from the iterate.
-    pub distance: Vec<f64>,
+    distance: Vec<f64>,
     /// Largest move of the next trial.
-    pub reach: Vec<f64>,
-    /// The last two iterates, the older first.
-    path: Vec<Vec<f64>>,
+    reach: Vec<f64>,
+    /// The iterate before the last.
+    before: Option<Vec<f64>>,
 }
 
 impl Asymptotes {
@@ -53,13 +54,13 @@ impl Asymptotes {
             range: (0..n).map(range).collect(),
             distance: vec![FIRST; n],
             reach: vec![first_move; n],
-            path: Vec::new(),
+            before: None,
         }
     }
 
     /// Learns from the move to a new iterate.
     pub fn moved(&mut self, from: &[f64], to: &[f64]) {
-        if let Some(before) = self.path.last() {
+        if let Some(before) = &self.before {
             for j in 0..to.len() {
                 let turn = (to[j] - from[j]) * (from[j] - before[j]);
                 let factor = if turn < 0.0 {
@@ -72,7 +73,7 @@ impl Asymptotes {
                 self.distance[j] = (factor * self.distance[j]).clamp(LEAST, MOST);
             }
         }
-        self.path = vec![from.to_vec()];
+        self.before = Some(from.to_vec());
         for reach in &mut self.reach {
             *reach = (RECOVERY * *reach).min(FARTHEST);
         }
@@ -80,8 +81,13 @@ impl Asymptotes {
 
     /// Learns from a trial at `step` that failed.
     pub fn failed(&mut self, step: &[f64]) {
-        let farthest = largest(step);
-        for (reach, step) in self.reach.iter_mut().zip(step) {
+        let moves: Vec<f64> = step
+            .iter()
+            .zip(&self.distance)
+            .map(|(step, distance)| step * distance)
+            .collect();
+        let farthest = largest(&moves);
+        for (reach, step) in self.reach.iter_mut().zip(&moves) {
             *reach = (0.5 * step.abs())
                 .max(LEAST_SHARE * farthest)
                 .min(0.5 * *reach);
@@ -95,12 +101,17 @@ impl Asymptotes {
         }
     }
 
-    /// The box of the next trial, as moves from `x`.
+    /// What steps of a variable are measured in; 0 where it is fixed.
+    pub fn unit(&self, j: usize) -> f64 {
+        self.range[j] * self.distance[j]
+    }
+
+    /// The box of the next trial, as steps from `x`.
     pub fn bounds(&self, problem: &Problem, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let within = |j: usize| (SHARE * self.distance[j]).min(self.reach[j]);
+        let within = |j: usize| SHARE.min(self.reach[j] / self.distance[j]);
         let side = |j: usize, bound: f64, sign: f64| {
             if self.range[j] > 0.0 {
-                sign * within(j).min((sign * (bound - x[j]) / self.range[j]).max(0.0))
+                sign * within(j).min((sign * (bound - x[j]) / self.unit(j)).max(0.0))
             } else {
                 0.0
             }
@@ -115,7 +126,7 @@ impl Asymptotes {
     /// The design at a step, inside the bounds.
     pub fn point(&self, problem: &Problem, x: &[f64], step: &[f64]) -> Vec<f64> {
         let mut point: Vec<f64> = (0..x.len())
-            .map(|j| x[j] + self.range[j] * step[j])
+            .map(|j| x[j] + self.unit(j) * step[j])
             .collect();
         problem.clip(&mut point);
         point
@@ -125,7 +136,7 @@ impl Asymptotes {
     pub fn step(&self, x: &[f64], point: &[f64]) -> Vec<f64> {
         let one = |j: usize| {
             if self.range[j] > 0.0 {
-                (point[j] - x[j]) / self.range[j]
+                (point[j] - x[j]) / self.unit(j)
             } else {
                 0.0
             }

@@ -1,16 +1,16 @@
 //! The convex separable approximations of the objective and of all rows.
 //!
-//! With the step w from the iterate in fractions of the ranges, s the distance of the asymptotes and g the slopes
+//! With the step w from the iterate in units of the asymptotes' distance, and g the slopes in these units
 //!
 //! ```text
-//! f~(w) = f + sum_j [p_j s^2 / (s - w) + q_j s^2 / (s + w) - (p_j + q_j) s]
+//! f~(w) = f + sum_j [p_j / (1 - w) + q_j / (1 + w) - (p_j + q_j)]
 //! p = 1.001 g+ + 0.001 g- + rho,   q = 0.001 g+ + 1.001 g- + rho
 //!       = f + sum_j [g_j a(w_j) + (1.002 |g_j| + 2 rho) b(w_j)],
-//! a = s^2 w / (s^2 - w^2),   b = s w^2 / (s^2 - w^2)
+//! a = w / (1 - w^2),   b = w^2 / (1 - w^2)
 //! ```
-//! (Svanberg 2007, equations for p, q and rho; the second line is the first sorted by what is odd and what is even.)
-//! The part of rho is the same function of w in every row, so the Jacobian is as sparse as the gradients plus a product of
-//! two vectors.
+//! (Svanberg 2007 with rho measured as in 2002; the last line is the first sorted by what is odd and what is even.) The
+//! part of rho is the same function of w in every row, so the Jacobian is as sparse as the gradients plus a product of two
+//! vectors.
 //!
 //! Rows are divided by their largest slope, the objective too and afresh in every iteration, so that rho and the elastic
 //! cost mean the same for objectives and constraints of any size.
@@ -20,6 +20,7 @@ use crate::optimiser::{
     point::Point,
     problem::Problem,
     rows::{self, Gradient},
+    vector::largest,
 };
 
 /// Weight of |g| in b: Svanberg's 1.001 + 0.001.
@@ -41,8 +42,7 @@ pub(super) struct Function {
 /// The functions at an iterate: first the objective, then the rows.
 pub(super) struct Model {
     pub functions: Vec<Function>,
-    /// Distance of the asymptotes.
-    pub distance: Vec<f64>,
+    variables: usize,
     objective: f64,
 }
 
@@ -54,21 +54,13 @@ pub(super) struct Terms {
 }
 
 impl Terms {
-    pub fn at(s: f64, w: f64) -> Self {
-        let (s2, w2) = (s * s, w * w);
-        let d = s2 - w2;
+    pub fn at(w: f64) -> Self {
+        let square = w * w;
+        let d = 1.0 - square;
         let (d2, d3) = (d * d, d * d * d);
         Self {
-            a: [
-                s2 * w / d,
-                s2 * (s2 + w2) / d2,
-                s2 * w * (6.0 * s2 + 2.0 * w2) / d3,
-            ],
-            b: [
-                s * w2 / d,
-                2.0 * s * s2 * w / d2,
-                2.0 * s * s2 * (s2 + 3.0 * w2) / d3,
-            ],
+            a: [w / d, (1.0 + square) / d2, w * (6.0 + 2.0 * square) / d3],
+            b: [square / d, 2.0 * w / d2, (2.0 + 6.0 * square) / d3],
         }
     }
 
@@ -93,9 +85,8 @@ impl Model {
         let function = |value: f64, gradient: &[f64], least_scale: f64| {
             let slopes: Vec<(usize, f64)> = gradient
                 .iter()
-                .zip(&asymptotes.range)
-                .map(|(g, range)| g * range)
                 .enumerate()
+                .map(|(j, g)| (j, g * asymptotes.unit(j)))
                 .filter(|(_, g)| *g != 0.0)
                 .collect();
             let steepest = slopes
@@ -117,7 +108,7 @@ impl Model {
         }
         Self {
             functions,
-            distance: asymptotes.distance.clone(),
+            variables: at.x.len(),
             objective: at.objective,
         }
     }
@@ -134,18 +125,10 @@ impl Model {
 
     /// Approximations at a step without rho, and what rho is multiplied by there; none beyond an asymptote.
     pub fn at(&self, step: &[f64]) -> Option<(Vec<f64>, f64)> {
-        if step
-            .iter()
-            .zip(&self.distance)
-            .any(|(w, s)| w.abs() >= 0.999 * s)
-        {
+        if largest(step) >= 0.999 {
             return None;
         }
-        let terms: Vec<Terms> = step
-            .iter()
-            .zip(&self.distance)
-            .map(|(w, s)| Terms::at(*s, *w))
-            .collect();
+        let terms: Vec<Terms> = step.iter().map(|w| Terms::at(*w)).collect();
         let values = self
             .functions
             .iter()
@@ -159,7 +142,7 @@ impl Model {
 
     /// Mean slope of each function: the natural size of its rho.
     pub fn mean_slopes(&self) -> Vec<f64> {
-        let n = self.distance.len() as f64;
+        let n = self.variables as f64;
         let mean =
             |function: &Function| function.slopes.iter().map(|(_, g)| g.abs()).sum::<f64>() / n;
         self.functions.iter().map(mean).collect()

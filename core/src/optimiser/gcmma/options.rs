@@ -33,8 +33,8 @@ pub struct GcmmaOptions {
     pub relative_tolerance: f64,
     /// Consecutive iterations on which a change must count as none.
     pub consecutive: usize,
-    /// Projected gradient of the Lagrangian over the objective's gradient, in fractions of the ranges, below which first-order
-    /// conditions hold.
+    /// Largest entry of the projected gradient of the Lagrangian over the objective's steepest slope, both in units of the
+    /// asymptotes' distances, below which first-order conditions hold.
     pub stationarity_tolerance: f64,
     /// Most iterations.
     pub max_iterations: usize,

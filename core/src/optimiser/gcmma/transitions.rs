@@ -15,12 +15,18 @@ use crate::optimiser::{
 /// Trials that may be rejected at an iterate, and that may fail one after the other.
 const MOST_REJECTED: usize = 12;
 const MOST_FAILED: usize = 12;
-/// rho of the method without globalisation, and least rho as a share of the mean slope.
+/// rho of the method without globalisation.
 const MMA_RHO: f64 = 1e-5;
-const LEAST_RHO: f64 = 1e-3;
+/// First rho of an iteration as a share of the mean slope: of the objective; of a row in the first iteration; of a row at
+/// least.
+const OBJECTIVE_RHO: f64 = 0.03;
 const FIRST_RHO: f64 = 0.1;
-const MOST_FIRST_RHO: f64 = 10.0;
+const LEAST_RHO: f64 = 1e-3;
+/// A row's first rho is this share of what would meet its value at the last iterate.
+const PART_WAY: f64 = 0.7;
+/// Bounds of all first rho, the steepest slope being 1.
 const TINY_RHO: f64 = 1e-6;
+const MOST_FIRST_RHO: f64 = 10.0;
 /// rho after a rejection: beyond what would have been right, and at most so many times as large.
 const BEYOND: f64 = 1.1;
 const MOST_GROWTH: f64 = 10.0;
@@ -28,9 +34,9 @@ const MOST_GROWTH: f64 = 10.0;
 const ENOUGH: f64 = 0.1;
 /// Rounding in scaled values.
 const ROUNDING: f64 = 1e-9;
-/// A variable this close to a bound, as a share of its range, is at it.
+/// A variable this close to a bound, in units of the asymptotes' distance, is at it.
 const AT_BOUND: f64 = 1e-6;
-/// A step shorter than this share of the ranges is none.
+/// A step shorter than this, in units of the asymptotes' distance, is none.
 const SHORTEST: f64 = 1e-9;
 
 impl Gcmma {
@@ -133,14 +139,15 @@ impl Gcmma {
     }
 
     pub(super) fn told_differences(&mut self, mut differences: Differences, told: &[Told]) {
-        self.analyses += differences.len();
-        for (x, told) in differences.points(&self.x).into_iter().zip(told) {
-            if let Some(values) = self.problem.usable(Some(told)) {
+        let points = differences.points(&self.x);
+        for (k, x) in points.into_iter().enumerate() {
+            self.analyses += 1;
+            if let Some(values) = self.problem.usable(told.get(k)) {
                 let point = Point::new(&self.problem, x, values);
                 keep_best(&mut self.best, &point, self.options.violation_tolerance);
+                self.note_progress();
             }
         }
-        self.note_progress();
         let Some(at) = &self.iterate else { return };
         if !differences.tell(&self.problem, at, told) {
             self.phase = Phase::Differences(differences);
@@ -242,8 +249,8 @@ impl Gcmma {
         });
     }
 
-    /// Largest entry of the projected gradient of the Lagrangian, and of what is left of complementarity, in fractions of
-    /// the ranges and of the objective's steepest slope; infinite outside the feasible region.
+    /// Largest entry of the projected gradient of the Lagrangian, and of what is left of complementarity, in units
+    /// of the asymptotes' distances and of the objective's steepest slope; infinite outside the feasible region.
     fn stationarity(&self, model: &Model) -> f64 {
         let Some(iterate) = &self.iterate else {
             return f64::INFINITY;
@@ -274,7 +281,7 @@ impl Gcmma {
                 self.problem.upper[j]
             };
             let room = (bound - self.x[j]).abs();
-            if room > AT_BOUND * self.asymptotes.range[j] {
+            if room > AT_BOUND * self.asymptotes.unit(j) {
                 slope[j].abs()
             } else {
                 0.0
@@ -283,7 +290,8 @@ impl Gcmma {
         (0..self.x.len()).map(projected).fold(slack, f64::max)
     }
 
-    /// The rho to begin with: what makes an approximation meet the value at the last iterate.
+    /// The rho to begin with. The objective begins anew: what its last step was like says little about the next. Rows go
+    /// most of the way to the value that they had at the last iterate.
     fn first_rho(&self, model: &Model) -> Vec<f64> {
         let slopes = model.mean_slopes();
         if !self.options.globalise {
@@ -300,16 +308,15 @@ impl Gcmma {
                     .collect()
             })
         });
-        slopes
-            .iter()
-            .enumerate()
-            .map(|(i, slope)| match &known {
-                Some(known) => known[i]
-                    .clamp(LEAST_RHO * slope, MOST_FIRST_RHO)
-                    .max(TINY_RHO),
-                None => (FIRST_RHO * slope).max(TINY_RHO),
-            })
-            .collect()
+        let first = |(i, slope): (usize, &f64)| {
+            let rho = match &known {
+                _ if i == 0 => OBJECTIVE_RHO * slope,
+                Some(known) => (PART_WAY * known[i]).max(LEAST_RHO * slope),
+                None => FIRST_RHO * slope,
+            };
+            rho.clamp(TINY_RHO, MOST_FIRST_RHO)
+        };
+        slopes.iter().enumerate().map(first).collect()
     }
 
     pub(super) fn told_trial(&mut self, trial: Trial, told: &[Told]) {
@@ -432,8 +439,12 @@ impl Gcmma {
             violation_tolerance: options.violation_tolerance,
         };
         let cost = self.cost();
+        let ahead = match options.gradient {
+            GradientSource::Differences => 1 + self.x.len(),
+            GradientSource::Model => 2,
+        };
         self.convergence
-            .close(&rules, from, to, self.iteration, cost)
+            .close(&rules, from, to, self.iteration, [cost, ahead])
             .or((self.iteration >= self.options.max_iterations).then_some(
                 StopReason::IterationLimit {
                     iterations: self.iteration,

@@ -266,7 +266,10 @@ impl Memory {
             stall_factor: options.stall_factor,
             violation_tolerance: tolerance,
         };
-        if let Some(reason) = self.convergence.close(&rules, from, to, iteration, cost) {
+        if let Some(reason) = self
+            .convergence
+            .close(&rules, from, to, iteration, [cost, 0])
+        {
             return Some(reason);
         }
         if self.convergence.is_slow() {

