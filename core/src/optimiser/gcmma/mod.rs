@@ -8,8 +8,9 @@
 //!
 //! Choices where our evaluations are dear, each with what it is for (figures: docs/decisions):
 //! - *Scaling* ([`model`]): objective and rows are divided by their steepest slope in every iteration.
-//! - *First rho* ([`transitions`]): a row's approximation goes through the last iterate's value instead of starting from
+//! - *First rho* ([`transitions`]): a row's approximation nearly meets the last iterate's value instead of starting from
 //!   nothing, which saves most of the inner iterations.
+//! - *Equalities* ([`model`]) are replaced by their tangents: two opposed convex rows would leave no room between them.
 //! - *Acceptance*: a trial within the violation tolerance that brings a share of the expected gain is taken, conservative
 //!   or not.
 //! - *Failures* ([`asymptotes`]): a trial that fails is told to each variable as a reach half as long, which recovers with

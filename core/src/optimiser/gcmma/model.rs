@@ -37,6 +37,19 @@ pub(super) struct Function {
     pub scale: f64,
     /// Variables with a slope, and it.
     pub slopes: Vec<(usize, f64)>,
+    /// One side of an equality: replaced by its tangent, since two opposed convex rows leave no room between them.
+    pub linear: bool,
+}
+
+impl Function {
+    /// A variable's part without rho, or its derivatives.
+    pub fn part(&self, terms: &Terms, slope: f64, order: usize) -> f64 {
+        if self.linear {
+            slope * terms.w[order]
+        } else {
+            terms.part(slope, order)
+        }
+    }
 }
 
 /// The functions at an iterate: first the objective, then the rows.
@@ -46,9 +59,10 @@ pub(super) struct Model {
     objective: f64,
 }
 
-/// a, b and their first two derivatives at a step.
+/// w, a, b and their first two derivatives at a step.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Terms {
+    pub w: [f64; 3],
     pub a: [f64; 3],
     pub b: [f64; 3],
 }
@@ -59,6 +73,7 @@ impl Terms {
         let d = 1.0 - square;
         let (d2, d3) = (d * d, d * d * d);
         Self {
+            w: [w, 1.0, 0.0],
             a: [w / d, (1.0 + square) / d2, w * (6.0 + 2.0 * square) / d3],
             b: [square / d, 2.0 * w / d2, (2.0 + 6.0 * square) / d3],
         }
@@ -82,7 +97,7 @@ impl Model {
         at: &Point,
         gradient: &Gradient,
     ) -> Self {
-        let function = |value: f64, gradient: &[f64], least_scale: f64| {
+        let function = |value: f64, gradient: &[f64], least_scale: f64, linear: bool| {
             let slopes: Vec<(usize, f64)> = gradient
                 .iter()
                 .enumerate()
@@ -98,13 +113,15 @@ impl Model {
                 value: value / scale,
                 scale,
                 slopes: slopes.into_iter().map(|(j, g)| (j, g / scale)).collect(),
+                linear,
             }
         };
-        let mut functions = vec![function(0.0, &gradient.objective, 0.0)];
+        let mut functions = vec![function(0.0, &gradient.objective, 0.0, false)];
         for (row, &value) in rows::values(problem, &at.constraints).iter().enumerate() {
             let least_scale = (VIOLATION_SHARE * value).max(LEAST_SCALE);
             let gradient = rows::gradient(problem, gradient, row);
-            functions.push(function(value, &gradient, least_scale));
+            let linear = row >= problem.inequalities;
+            functions.push(function(value, &gradient, least_scale, linear));
         }
         Self {
             functions,
@@ -133,7 +150,10 @@ impl Model {
             .functions
             .iter()
             .map(|function| {
-                let parts = function.slopes.iter().map(|&(j, g)| terms[j].part(g, 0));
+                let parts = function
+                    .slopes
+                    .iter()
+                    .map(|&(j, g)| function.part(&terms[j], g, 0));
                 function.value + parts.sum::<f64>()
             })
             .collect();

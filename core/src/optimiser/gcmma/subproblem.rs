@@ -121,7 +121,7 @@ impl<'a> Solver<'a> {
                 slope[j] = g;
             }
             let most = |j: usize| {
-                let end = |t: &Terms| t.part(slope[j], 0) + rho * t.rho(0);
+                let end = |t: &Terms| function.part(t, slope[j], 0) + rho * t.rho(0);
                 end(&ends[j][0]).max(end(&ends[j][1]))
             };
             function.value + (0..n).map(most).sum::<f64>() > 0.0
@@ -200,6 +200,7 @@ impl<'a> Solver<'a> {
         let terms: Vec<Terms> = at.w.iter().map(|w| Terms::at(*w)).collect();
         let even: f64 = terms.iter().map(|t| t.rho(0)).sum();
         let n = self.free.len();
+        let mut linear_sum = vec![0.0; n];
         let (mut odd_sum, mut even_sum, mut rho_sum) = (vec![0.0; n], vec![0.0; n], 0.0);
         let mut values = Vec::with_capacity(self.rows.len());
         let objective = std::iter::once((0, 1.0));
@@ -210,9 +211,13 @@ impl<'a> Solver<'a> {
             let mut value = function.value + self.sub.rho[row] * even;
             for &(j, g) in &function.slopes {
                 if let Some(place) = self.place[j] {
-                    value += terms[place].part(g, 0);
-                    odd_sum[place] += weight * g;
-                    even_sum[place] += weight * g.abs();
+                    value += function.part(&terms[place], g, 0);
+                    if function.linear {
+                        linear_sum[place] += weight * g;
+                    } else {
+                        odd_sum[place] += weight * g;
+                        even_sum[place] += weight * g.abs();
+                    }
                 }
             }
             rho_sum += weight * self.sub.rho[row];
@@ -224,7 +229,8 @@ impl<'a> Solver<'a> {
             (0..n)
                 .map(|j| {
                     let t = &terms[j];
-                    odd_sum[j] * t.a[order]
+                    linear_sum[j] * t.w[order]
+                        + odd_sum[j] * t.a[order]
                         + even_sum[j] * (t.part(1.0, order) - t.a[order])
                         + rho_sum * t.rho(order)
                 })
@@ -377,10 +383,12 @@ impl<'a> Solver<'a> {
             .rows
             .iter()
             .map(|&row| {
-                let slopes = self.sub.model.functions[row].slopes.iter();
+                let function = &self.sub.model.functions[row];
+                let slopes = function.slopes.iter();
                 slopes
                     .filter_map(|&(j, g)| {
-                        self.place[j].map(|place| (place, here.terms[place].part(g, 1)))
+                        let place = self.place[j]?;
+                        Some((place, function.part(&here.terms[place], g, 1)))
                     })
                     .collect()
             })

@@ -1,6 +1,10 @@
 //! What an answer leads to, phase by phase.
 
-use super::{BACKOFFS, Gcmma, GradientSource, Phase, Trial, model::Model, subproblem::Subproblem};
+use super::{
+    BACKOFFS, Gcmma, GradientSource, Phase, Trial,
+    model::{Function, Model},
+    subproblem::Subproblem,
+};
 use crate::optimiser::{
     contract::{Told, Values},
     convergence::Rules,
@@ -295,7 +299,8 @@ impl Gcmma {
     fn first_rho(&self, model: &Model) -> Vec<f64> {
         let slopes = model.mean_slopes();
         if !self.options.globalise {
-            return vec![MMA_RHO; slopes.len()];
+            let rho = |function: &Function| if function.linear { 0.0 } else { MMA_RHO };
+            return model.functions.iter().map(rho).collect();
         }
         let known = self.previous.as_ref().and_then(|previous| {
             let (without, factor) = model.at(&self.asymptotes.step(&self.x, &previous.x))?;
@@ -309,6 +314,9 @@ impl Gcmma {
             })
         });
         let first = |(i, slope): (usize, &f64)| {
+            if model.functions[i].linear {
+                return 0.0;
+            }
             let rho = match &known {
                 _ if i == 0 => OBJECTIVE_RHO * slope,
                 Some(known) => (PART_WAY * known[i]).max(LEAST_RHO * slope),
@@ -343,13 +351,20 @@ impl Gcmma {
         } else if trial.rejected >= MOST_REJECTED {
             self.close_iteration(None);
         } else {
+            // Nothing but a shorter step brings a tangent nearer to its equality.
+            let strayed = |(row, found): (&Function, &f64)| {
+                row.linear && found * row.scale > self.options.violation_tolerance
+            };
+            if model.functions.iter().zip(&found).any(strayed) {
+                self.asymptotes.failed(&step);
+            }
             let slopes = model.mean_slopes();
             let rho = trial
                 .rho
                 .iter()
-                .zip(excess.iter().zip(&slopes))
-                .map(|(&rho, (&excess, slope))| {
-                    if excess > 0.0 {
+                .zip(excess.iter().zip(&slopes).zip(&model.functions))
+                .map(|(&rho, ((&excess, slope), function))| {
+                    if excess > 0.0 && !function.linear {
                         let right = BEYOND * (rho + excess / factor);
                         right.min(MOST_GROWTH * rho.max(FIRST_RHO * slope))
                     } else {
