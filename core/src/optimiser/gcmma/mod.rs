@@ -214,7 +214,8 @@ impl Gcmma {
     }
 
     /// Asks for the iterate again and forgets what its old values had taught. Asymptotes and reaches stay: they rest on
-    /// where the iterates were.
+    /// where the iterates were. So do the values before, moved by as much as the iterate's will have changed: they only
+    /// guess at the first rho.
     pub(super) fn rebase(&mut self) {
         if self.done().is_none() {
             self.phase = Phase::Start {
@@ -223,7 +224,6 @@ impl Gcmma {
             };
             self.boundary = false;
             self.gradient = None;
-            self.previous = None;
             self.best = None;
             self.infeasible = 0;
             self.convergence.forget_values();

@@ -95,6 +95,17 @@ impl Gcmma {
                 .absolute_tolerance
                 .unwrap_or_else(|| (1e-8 * point.objective.abs()).max(1e-20));
         }
+        if attempt > 0 {
+            self.previous = None;
+        }
+        if let (Some(old), Some(previous)) = (&self.iterate, &mut self.previous) {
+            let constraints = previous.constraints.iter_mut();
+            for (value, (new, old)) in
+                constraints.zip(point.constraints.iter().zip(&old.constraints))
+            {
+                *value += new - old;
+            }
+        }
         self.x.clone_from(&point.x);
         self.iterate = Some(point);
         self.gradient = gradient;
