@@ -207,19 +207,25 @@ impl Progress {
     }
 }
 
-/// A name for each restart of a step: its number, start and sense.
+/// A name for each restart of a step: its number, start and sense; the points of a sweep may count in either.
 pub fn labels(study: &Study, step: usize) -> Vec<String> {
     let specs = study.restarts(step).unwrap_or_default();
+    let target = study.steps.get(step).and_then(|s| s.target.as_ref());
+    let open = target
+        .filter(|target| target.counts_either_sense())
+        .map(|_| "the larger sense at each point");
     specs
         .iter()
         .map(|spec| {
             let start = serde_json::json!(spec.start_kind);
             let words = [
                 start.as_str(),
-                spec.orientation.map(|o| match o {
-                    Orientation::CounterClockwise => "counter-clockwise",
-                    Orientation::Clockwise => "clockwise",
-                }),
+                spec.orientation
+                    .map(|o| match o {
+                        Orientation::CounterClockwise => "counter-clockwise",
+                        Orientation::Clockwise => "clockwise",
+                    })
+                    .or(open),
             ];
             let words: Vec<&str> = words.into_iter().flatten().collect();
             if words.is_empty() {

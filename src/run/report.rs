@@ -147,7 +147,8 @@ fn winner(
             .cloned()
             .unwrap_or(Value::Null)
     };
-    let orientation: Option<Orientation> = serde_json::from_value(said("/orientation")).ok()?;
+    let orientation: Option<Orientation> =
+        serde_json::from_value(said("/best/orientation")).ok()?;
     let plan_base: Option<Vec<f64>> = serde_json::from_value(said("/best/plan_base")).ok()?;
     let scene = study.scene(step, &best.x, orientation).ok()?;
     Some((scene, plan_base))

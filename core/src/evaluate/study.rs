@@ -7,7 +7,7 @@ use crate::equilibrium::{NotConverged, Observer, PathEnd, Settings};
 use crate::mesh::{MappedMesh, locate};
 use crate::objective::enclosed_area;
 use crate::objective::probe::ProbePoint;
-use crate::scene::{Body, Scene, SceneObjective};
+use crate::scene::{Body, Orientation, Scene, SceneObjective};
 use crate::study::spec::{Model, StepConstraints};
 use crate::study::{
     EvaluationReport, EvaluationRequest, Outcome, OutcomeStatus, StateReport, Study, StudyError,
@@ -54,7 +54,7 @@ fn attempt(
     if !matches!(study.step(step)?.model, Model::FeCascade(_)) {
         return Err(StudyError::NoChambers { step });
     }
-    let scene = study.scene(step, &request.x, request.orientation)?;
+    let mut scene = study.scene(step, &request.x, request.orientation)?;
     let plan = match &request.plan_base {
         Some(base) => study.mesh_plan(step, base)?,
         None => None,
@@ -113,6 +113,15 @@ fn attempt(
     let report = report(&scene, &analysis);
     let mut outcome = Outcome::without_values(status(&analysis));
     if outcome.status == OutcomeStatus::Ok {
+        // Either sense counts and the request leaves it open: the better one, of objective -|A|.
+        if let (None, Some(area), Some(target)) = (
+            request.orientation,
+            report.enclosed_area_mm2,
+            &study.step(step)?.target,
+        ) && target.counts_either_sense()
+        {
+            scene = study.scene(step, &request.x, Some(Orientation::of_area(area)))?;
+        }
         fill(
             study,
             request,
@@ -237,5 +246,50 @@ fn report(scene: &Scene, analysis: &Analysis) -> EvaluationReport {
         newton_iterations: analysis.work.newton_iterations,
         factorisations: analysis.work.factorisations,
         left_out: vec!["self-contact: not available yet".to_owned()],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::equilibrium::Unobserved;
+    use crate::study::{begin, read_study};
+
+    #[test]
+    fn a_sweep_counts_the_better_sense_of_one_analysis() {
+        let document = serde_json::json!({
+            "name": "sweep",
+            "material": "mold-star-30",
+            "actuator": {"units": 1},
+            "actuation": {"schedule": "hold", "pressure_kpa": 15, "load_steps_per_leg": 2},
+            "step": [{
+                "id": "sweep",
+                "target": {"kind": "enclosed_area", "probe_mm": [80, 40], "orientation": "either"},
+                "model": {"kind": "fe_cascade", "element": "quad4", "max_size_mm": 20},
+                "variables": {"parametrisation": "rectangle"},
+                "optimiser": {"method": "sweep", "points": [[30, 20]]},
+            }],
+        });
+        let study = read_study(&document, false).unwrap();
+        let (_, asks) = begin(&study, &study.restarts(0).unwrap()[0]).unwrap();
+        let [open] = &asks[..] else {
+            panic!("{} points", asks.len())
+        };
+        assert_eq!(open.orientation, None);
+        let objective = |orientation| {
+            let request = EvaluationRequest {
+                orientation,
+                ..open.clone()
+            };
+            let outcome = evaluate(&study, &request, &mut Unobserved);
+            assert_eq!(outcome.status, OutcomeStatus::Ok);
+            (outcome.objective.unwrap(), outcome.sense())
+        };
+        let (either, sense) = objective(None);
+        let (one, _) = objective(Some(Orientation::CounterClockwise));
+        let (other, _) = objective(Some(Orientation::Clockwise));
+        assert!(either < 0.0 && one == -other);
+        assert_eq!(either.to_bits(), one.min(other).to_bits());
+        assert_eq!(objective(sense).0.to_bits(), either.to_bits());
     }
 }

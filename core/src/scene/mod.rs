@@ -174,6 +174,17 @@ pub enum Orientation {
     Clockwise,
 }
 
+impl Orientation {
+    /// The sense in which a path encloses a signed area, so that its objective is -|A|.
+    pub fn of_area(area_mm2: f64) -> Self {
+        if area_mm2 < 0.0 {
+            Self::Clockwise
+        } else {
+            Self::CounterClockwise
+        }
+    }
+}
+
 /// A displacement component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -20,6 +20,7 @@ use super::result::{EvaluationRequest, Outcome, OutcomeStatus};
 use super::spec::{Model, Study};
 use super::start::RestartSpec;
 use crate::optimiser::{self, Ask, OptimiserOptions, OptimiserState, Point, StopReason, Told};
+use crate::scene::Orientation;
 
 /// A restart between two batches of evaluations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -74,6 +75,9 @@ pub struct BestPoint {
     pub plan_base: Option<Vec<f64>>,
     /// Whether walls overlap.
     pub walls_overlap: bool,
+    /// The sense in which its enclosed area counts.
+    #[serde(default)]
+    pub orientation: Option<Orientation>,
 }
 
 /// Why a restart ended.
@@ -201,6 +205,7 @@ impl RestartState {
                     max_violation: violation,
                     plan_base: request.plan_base,
                     walls_overlap: outcome.walls_overlap(),
+                    orientation: request.orientation.or(outcome.sense()),
                     constraints: outcome.constraints.clone(),
                 };
                 if !point.walls_overlap && !outcome.is_unstable() {

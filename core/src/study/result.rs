@@ -20,7 +20,7 @@ pub struct EvaluationRequest {
     pub want_gradient: bool,
     /// The design variables from which the mesh plan is chosen; `None` for models without a mesh.
     pub plan_base: Option<Vec<f64>>,
-    /// The sense of the enclosed area for this restart.
+    /// The sense of the enclosed area for this restart; `None` under `either`: the better one at this design.
     pub orientation: Option<Orientation>,
 }
 

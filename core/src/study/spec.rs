@@ -130,7 +130,7 @@ pub enum StudyOrientation {
     CounterClockwise,
     /// The objective is +A.
     Clockwise,
-    /// Each start becomes two restarts, one of each sense.
+    /// Each start becomes two restarts, one of each sense; a sweep is one restart, whose objective is -|A|.
     Either,
 }
 
@@ -312,6 +312,19 @@ impl StudyMaterial {
     /// The stretch limit of its record, where it has one.
     pub fn stretch_limit(&self) -> Option<f64> {
         records::find(self.record.as_deref()?)?.stretch_limit()
+    }
+}
+
+impl Target {
+    /// Whether an enclosed area counts in either sense.
+    pub fn counts_either_sense(&self) -> bool {
+        matches!(
+            self,
+            Self::EnclosedArea {
+                orientation: StudyOrientation::Either,
+                ..
+            }
+        )
     }
 }
 

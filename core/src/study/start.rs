@@ -25,7 +25,7 @@ pub struct RestartSpec {
     pub start_kind: Option<StartKind>,
     /// The start.
     pub x0: Vec<f64>,
-    /// Sense of the enclosed area; `None` where the target has none.
+    /// Sense of the enclosed area; `None` where the target has none, and where each point of a sweep has its own.
     pub orientation: Option<Orientation>,
 }
 
@@ -47,8 +47,12 @@ impl Restarts {
 }
 
 impl StudyStep {
+    /// The senses in which its restarts run. A sweep under `either` runs in none: the sense only changes the sign of the
+    /// area, so that each point is analysed once and counts in its better sense.
     fn senses(&self) -> Vec<Option<Orientation>> {
+        let sweeps = matches!(self.optimiser, OptimiserOptions::Sweep(_));
         match &self.target {
+            Some(target) if sweeps && target.counts_either_sense() => vec![None],
             Some(Target::EnclosedArea { orientation, .. }) => {
                 orientation.senses().iter().copied().map(Some).collect()
             }
@@ -83,7 +87,7 @@ impl StudyStep {
 
 impl Study {
     /// The restarts of a step, in the document's order; with `orientation = "either"` each start is followed by its twin
-    /// of the other sense.
+    /// of the other sense, except of a sweep.
     pub fn restarts(&self, step: usize) -> Result<Vec<RestartSpec>, StudyError> {
         let s = self.step(step)?;
         let mut starts = Vec::new();

@@ -4,6 +4,7 @@ use super::error::StudyError;
 use super::result::{EvaluationRequest, Outcome, OutcomeStatus};
 use super::spec::{StepConstraints, Study};
 use crate::optimiser::{Problem, Told, Values};
+use crate::scene::Orientation;
 
 impl OutcomeStatus {
     /// Its name in documents and hashes.
@@ -40,6 +41,12 @@ impl Outcome {
     /// Whether a state of the path lies on an unstable branch: such a design is never called optimal.
     pub fn is_unstable(&self) -> bool {
         self.report.as_ref().is_some_and(|r| r.negative_pivots > 0)
+    }
+
+    /// The sense in which the tip ran around its area; `None` where the objective is no area.
+    pub fn sense(&self) -> Option<Orientation> {
+        let area = self.report.as_ref()?.enclosed_area_mm2?;
+        Some(Orientation::of_area(area))
     }
 
     /// What the optimiser hears. Overlapping walls feed it like any other design.

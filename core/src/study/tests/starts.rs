@@ -60,12 +60,42 @@ fn random_starts_lie_in_the_bounds() {
 }
 
 #[test]
-fn a_sweep_is_one_restart_a_sense() {
-    let study = study(&example("rectangles"));
-    let restarts = study.restarts(0).expect("restarts");
-    assert_eq!(restarts.len(), 2);
-    assert_eq!(restarts[0].start_kind, None);
-    let (_, asks) = begin(&study, &restarts[1]).expect("begins");
-    assert_eq!(asks.len(), 16 * 6);
-    assert!(asks.iter().all(|a| a.plan_base.as_ref() == Some(&a.x)));
+fn a_sweep_analyses_each_point_once() {
+    let document = example("rectangles");
+    for (orientation, sense) in [("either", None), ("clockwise", Some(Clockwise))] {
+        let assignment = format!("step[0].target.orientation={orientation}");
+        let study = study(&with(&document, &[&assignment]));
+        let restarts = study.restarts(0).expect("restarts");
+        assert_eq!((restarts.len(), study.steps[0].restart_count()), (1, 1));
+        assert_eq!(restarts[0].start_kind, None);
+        let (_, asks) = begin(&study, &restarts[0]).expect("begins");
+        assert_eq!(asks.len(), 16 * 6);
+        for ask in &asks {
+            assert_eq!(ask.plan_base.as_ref(), Some(&ask.x));
+            assert_eq!(ask.orientation, sense);
+        }
+    }
+}
+
+#[test]
+fn the_best_of_a_sweep_says_its_sense() {
+    let mut document = example("rectangles");
+    document["step"][0]["optimiser"] =
+        serde_json::json!({ "method": "sweep", "points": [[20, 10], [30, 20], [40, 20]] });
+    let study = study(&document);
+    let (state, asks) = begin(&study, &study.restarts(0).expect("restarts")[0]).expect("begins");
+    let rows = study.constraint_count(0).expect("rows");
+    let outcomes = [2.0, -5.0, 3.0].map(|area: f64| Outcome {
+        objective: Some(-area.abs()),
+        constraints: vec![-1.0; rows],
+        report: Some(EvaluationReport {
+            enclosed_area_mm2: Some(area),
+            ..EvaluationReport::default()
+        }),
+        ..Outcome::without_values(OutcomeStatus::Ok)
+    });
+    let best = step(&study, &state, &outcomes).expect("steps").best;
+    let best = best.expect("a best point");
+    assert_eq!((best.x, best.objective), (asks[1].x.clone(), -5.0));
+    assert_eq!(best.orientation, Some(Clockwise));
 }
