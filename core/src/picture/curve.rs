@@ -2,7 +2,8 @@
 //! overlap dashed and labelled.
 
 use super::axis::Axis;
-use super::svg::{Anchor, Svg, polyline, wrap};
+use super::svg::{Anchor, Svg, polyline};
+use super::text;
 
 /// Okabe and Ito's colours without yellow and black.
 const COLOURS: [&str; 6] = [
@@ -11,7 +12,12 @@ const COLOURS: [&str; 6] = [
 const MARGIN_LEFT: f64 = 92.0;
 const MARGIN_TOP: f64 = 44.0;
 const PLOT: [f64; 2] = [600.0, 380.0];
-const LEGEND: f64 = 236.0;
+/// Where the legend's texts begin, from the plot.
+const LEGEND_TEXT: f64 = 54.0;
+/// Widths of these texts: longer ones are broken.
+const LEGEND_WIDTH: [f64; 2] = [150.0, 300.0];
+/// Restarts that the legend names.
+const NAMED: usize = 18;
 
 /// What is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,13 +59,20 @@ pub struct CurvePoint {
 impl CurvePicture {
     /// The picture as SVG.
     pub fn svg(&self) -> String {
-        let width = MARGIN_LEFT + PLOT[0] + LEGEND;
+        let legend = self.legend();
+        let widest = legend
+            .iter()
+            .flat_map(|entry| &entry.lines)
+            .map(|line| text::width(line, 12.0))
+            .fold(LEGEND_WIDTH[0], f64::max);
+        let width = MARGIN_LEFT + PLOT[0] + LEGEND_TEXT + widest + 12.0;
         let caption: Vec<String> = self
             .caption
             .iter()
-            .flat_map(|line| wrap(line, width - 40.0, 12.0))
+            .flat_map(|line| text::wrap(line, width - 40.0, 12.0))
             .collect();
-        let foot = MARGIN_TOP + PLOT[1] + 56.0;
+        let foot = (MARGIN_TOP + PLOT[1] + 56.0)
+            .max(MARGIN_TOP + legend.iter().map(Entry::height).sum::<f64>());
         let height = foot + 16.0 * caption.len() as f64 + 14.0;
         let mut svg = Svg::new([width, height], &self.title);
         let all = || {
@@ -133,7 +146,7 @@ impl CurvePicture {
                 "walls overlap",
             );
         }
-        self.legend(&mut svg, first_overlap.is_some());
+        draw_legend(&mut svg, &legend);
         for (i, line) in caption.iter().enumerate() {
             let y = foot + 16.0 * (i + 1) as f64;
             svg.text([20.0, y], 12.0, Anchor::Start, "fill=\"#333333\"", line);
@@ -174,42 +187,62 @@ impl CurvePicture {
             &self.objective_label,
         );
         let bold = format!("{dark} font-weight=\"bold\"");
-        svg.text([left, 26.0], 15.0, Anchor::Start, &bold, &self.title);
+        let title = text::shortened_bold(&self.title, right - left, 15.0);
+        svg.text([left, 26.0], 15.0, Anchor::Start, &bold, &title);
     }
 
-    fn legend(&self, svg: &mut Svg, overlaps: bool) {
-        const SHOWN: usize = 18;
-        let x = MARGIN_LEFT + PLOT[0] + 16.0;
-        let mut y = MARGIN_TOP + 10.0;
-        let mut entry = |svg: &mut Svg, style: &str, label: &str| {
-            svg.line([x, y], [x + 30.0, y], style);
-            svg.text(
-                [x + 38.0, y + 4.0],
-                12.0,
-                Anchor::Start,
-                "fill=\"#222222\"",
-                label,
-            );
-            y += 19.0;
+    fn legend(&self) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        let mut add = |style: String, label: &str| {
+            entries.push(Entry {
+                style,
+                lines: text::wrap(label, LEGEND_WIDTH[1], 12.0),
+            });
         };
         if !self.best.is_empty() {
-            entry(svg, &stroke("#000000", false, true), "best so far");
+            add(stroke("#000000", false, true), "best so far");
         }
-        for (i, series) in self.restarts.iter().take(SHOWN).enumerate() {
-            let style = stroke(COLOURS[i % COLOURS.len()], false, false);
-            entry(svg, &style, &series.label);
+        for (i, series) in self.restarts.iter().take(NAMED).enumerate() {
+            let colour = COLOURS[i % COLOURS.len()];
+            add(stroke(colour, false, false), &series.label);
         }
-        if self.restarts.len() > SHOWN {
-            let more = format!("and {} more restarts", self.restarts.len() - SHOWN);
-            entry(svg, "stroke=\"none\"", &more);
+        if self.restarts.len() > NAMED {
+            let more = format!("and {} more restarts", self.restarts.len() - NAMED);
+            add("stroke=\"none\"".into(), &more);
         }
-        if overlaps {
-            entry(
-                svg,
-                &stroke("#555555", true, false),
-                "walls overlap: not counted",
-            );
+        let overlaps = |series: &CurveSeries| {
+            let mut drawn = series.points.iter().filter(|p| p.objective.is_finite());
+            drawn.any(|p| p.overlapped)
+        };
+        if self.restarts.iter().any(overlaps) {
+            add(stroke("#555555", true, false), "walls overlap: not counted");
         }
+        entries
+    }
+}
+
+/// A line of the legend.
+struct Entry {
+    style: String,
+    lines: Vec<String>,
+}
+
+impl Entry {
+    fn height(&self) -> f64 {
+        4.0 + 15.0 * self.lines.len() as f64
+    }
+}
+
+fn draw_legend(svg: &mut Svg, entries: &[Entry]) {
+    let x = MARGIN_LEFT + PLOT[0];
+    let mut y = MARGIN_TOP + 10.0;
+    for entry in entries {
+        svg.line([x + 16.0, y], [x + 46.0, y], &entry.style);
+        for (i, line) in entry.lines.iter().enumerate() {
+            let at = [x + LEGEND_TEXT, y + 4.0 + 15.0 * i as f64];
+            svg.text(at, 12.0, Anchor::Start, "fill=\"#222222\"", line);
+        }
+        y += entry.height();
     }
 }
 
@@ -298,5 +331,62 @@ mod tests {
         let svg = CurvePicture::default().svg();
         assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    }
+
+    /// Where each upright text ends, by its estimated width, within the picture's size.
+    fn all_texts_fit(svg: &str) {
+        let number = |text: &str, name: &str| -> f64 {
+            let from = text.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
+            text[from..].split('"').next().unwrap().parse().unwrap()
+        };
+        let [width, height] = ["width", "height"].map(|name| number(svg, name));
+        let mut texts = 0;
+        for line in svg
+            .lines()
+            .filter(|l| l.starts_with("<text") && !l.contains("rotate"))
+        {
+            let [x, y, size] = ["x", "y", "font-size"].map(|name| number(line, name));
+            let words = line.split(['<', '>']).nth(2).unwrap();
+            let long = text::width(words, size);
+            let (start, end) = if line.contains("anchor=\"start") {
+                (x, x + long)
+            } else if line.contains("anchor=\"end") {
+                (x - long, x)
+            } else {
+                (x - long / 2.0, x + long / 2.0)
+            };
+            assert!(start >= 0.0 && end <= width && y + 3.0 <= height, "{line}");
+            texts += 1;
+        }
+        assert!(texts > 10);
+    }
+
+    #[test]
+    fn long_labels_stay_in_the_picture() {
+        let labels = [
+            "restart 0 (paper, counter-clockwise)".to_owned(),
+            "restart 1 (random, the larger sense at each point, of a study with a long name)"
+                .into(),
+            "unbroken".repeat(20),
+        ];
+        let picture = |labels: &[String], copies: usize| CurvePicture {
+            title: "a study of a very long name: ".repeat(8),
+            time_label: "CPU time (s): of the restart; of the study for the best so far".into(),
+            objective_label: "best feasible objective so far (mm\u{b2})".into(),
+            restarts: (0..copies)
+                .flat_map(|_| labels)
+                .map(|label| CurveSeries {
+                    label: label.clone(),
+                    points: vec![point(0.0, 1.0, false), point(2.0, -3e6, true)],
+                })
+                .collect(),
+            best: vec![point(0.0, 1.0, false)],
+            caption: vec!["limits of the counted designs; ".repeat(12)],
+        };
+        all_texts_fit(&picture(&labels, 1).svg());
+        all_texts_fit(&picture(&labels, 12).svg());
+        let short = picture(&["restart 0".to_owned()], 1).svg();
+        all_texts_fit(&short);
+        assert!(short.contains("walls overlap: not counted"));
     }
 }

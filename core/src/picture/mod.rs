@@ -7,6 +7,7 @@ pub mod curve;
 #[cfg(feature = "solver")]
 pub mod shape;
 mod svg;
+mod text;
 
 pub use curve::{CurvePicture, CurvePoint, CurveSeries};
 #[cfg(feature = "solver")]

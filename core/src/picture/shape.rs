@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use super::axis::round_below;
-use super::svg::{Anchor, Svg, pair, polyline, wrap};
+use super::svg::{Anchor, Svg, pair, polyline};
+use super::text;
 use crate::geometry::Point;
 use crate::mesh::{BoundaryEdge, BoundaryLoop, ElementKind, Mesh};
 
@@ -71,7 +72,7 @@ impl ShapePicture<'_> {
         let caption: Vec<String> = self
             .caption
             .iter()
-            .flat_map(|line| wrap(line, caption_width, 13.0))
+            .flat_map(|line| text::wrap(line, caption_width, 13.0))
             .collect();
         let foot = 40.0 + drawing[1] + 14.0;
         let band = (60.0 + 18.0 * caption.len() as f64).max(if inset.is_some() {
@@ -90,7 +91,7 @@ impl ShapePicture<'_> {
             15.0,
             Anchor::Start,
             "fill=\"#222222\" font-weight=\"bold\"",
-            self.title,
+            &text::shortened_bold(self.title, width - 2.0 * MARGIN, 15.0),
         );
         let outline = |at: &[[f64; 2]]| loops(self.boundary, at, &view);
         let grey = "fill=\"#e4e4e4\" fill-rule=\"evenodd\" stroke=\"#a8a8a8\" stroke-width=\"1.2\"";

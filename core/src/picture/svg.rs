@@ -119,19 +119,3 @@ fn escape(text: &str) -> String {
         .replace('<', "&lt;")
         .replace('>', "&gt;")
 }
-
-/// Breaks text into lines of at most `width` px at a font size, by an average width of letters.
-pub(super) fn wrap(text: &str, width: f64, size: f64) -> Vec<String> {
-    let letters = (width / (0.56 * size)).max(8.0) as usize;
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= letters => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
-}
