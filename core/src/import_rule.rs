@@ -31,7 +31,10 @@ const RULE: &[(&str, &[&str])] = &[
     ),
     ("element", &["lane", "material"]),
     ("linear", &[]),
-    ("mesh", &["fault", "geometry", "material", "scene"]),
+    (
+        "mesh",
+        &["element", "fault", "geometry", "material", "scene"],
+    ),
     ("picture", &["geometry", "mesh"]),
     ("force", &["mesh"]),
     (

@@ -65,7 +65,7 @@
 //! | [`study`] | the study document, restarts as pure state machines | scene, optimiser and their imports |
 //! | `element` | shape functions, quadrature, the mixed element | lane, material |
 //! | `linear` | order, analyse once, factorise, solve | |
-//! | `mesh` | the mesher of fixed topology, Gmsh input, VTU output | geometry, material, scene |
+//! | `mesh` | the mesher of fixed topology, Gmsh input, VTU output | element, geometry, material, scene |
 //! | [`picture`] | SVG of shapes and curves | geometry, mesh |
 //! | `force` | chamber pressure, tractions | mesh |
 //! | `assembly` | unknowns, pattern, global residual and tangent | element, force, linear, mesh |

@@ -1,5 +1,6 @@
 //! Whether an element's map from its reference shape folds.
 
+use crate::element::shape;
 use crate::mesh::ElementKind;
 
 /// Samples along a side of the reference shape, both ends included.
@@ -26,7 +27,7 @@ pub(super) fn least_jacobian(kind: ElementKind, at: &[[f64; 2]]) -> f64 {
     match kind {
         ElementKind::Quad4 => {
             for [s, t] in [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]] {
-                sample(&bilinear(s, t));
+                sample(&shape::quad4(s, t).1);
             }
         }
         ElementKind::Quad9 => {
@@ -34,14 +35,14 @@ pub(super) fn least_jacobian(kind: ElementKind, at: &[[f64; 2]]) -> f64 {
                 for k in 0..SAMPLES {
                     let s = 2.0 * i as f64 / last - 1.0;
                     let t = 2.0 * k as f64 / last - 1.0;
-                    sample(&biquadratic(s, t));
+                    sample(&shape::quad9(s, t).1);
                 }
             }
         }
         ElementKind::Tri7 => {
             for i in 0..SAMPLES {
                 for k in 0..SAMPLES - i {
-                    sample(&quadratic_triangle(i as f64 / last, k as f64 / last));
+                    sample(&shape::tri7(i as f64 / last, k as f64 / last).1);
                 }
             }
         }
@@ -52,48 +53,4 @@ pub(super) fn least_jacobian(kind: ElementKind, at: &[[f64; 2]]) -> f64 {
         .map(|p| (p[0] - at[0][0]).powi(2) + (p[1] - at[0][1]).powi(2))
         .fold(0.0, f64::max);
     if scale > 0.0 { least / scale } else { 0.0 }
-}
-
-fn bilinear(s: f64, t: f64) -> [[f64; 2]; 4] {
-    [
-        [-(1.0 - t) / 4.0, -(1.0 - s) / 4.0],
-        [(1.0 - t) / 4.0, -(1.0 + s) / 4.0],
-        [(1.0 + t) / 4.0, (1.0 + s) / 4.0],
-        [-(1.0 + t) / 4.0, (1.0 - s) / 4.0],
-    ]
-}
-
-fn biquadratic(s: f64, t: f64) -> [[f64; 2]; 9] {
-    // Per direction: the shape functions of -1, 0, 1 and their derivatives.
-    let line = |s: f64| {
-        (
-            [s * (s - 1.0) / 2.0, 1.0 - s * s, s * (s + 1.0) / 2.0],
-            [s - 0.5, -2.0 * s, s + 0.5],
-        )
-    };
-    let ((ns, ds), (nt, dt)) = (line(s), line(t));
-    let places = [
-        [0, 0],
-        [2, 0],
-        [2, 2],
-        [0, 2],
-        [1, 0],
-        [2, 1],
-        [1, 2],
-        [0, 1],
-        [1, 1],
-    ];
-    places.map(|[i, k]| [ds[i] * nt[k], ns[i] * dt[k]])
-}
-
-fn quadratic_triangle(r: f64, s: f64) -> [[f64; 2]; 6] {
-    let q = 1.0 - r - s;
-    [
-        [1.0 - 4.0 * q, 1.0 - 4.0 * q],
-        [4.0 * r - 1.0, 0.0],
-        [0.0, 4.0 * s - 1.0],
-        [4.0 * (q - r), -4.0 * r],
-        [4.0 * s, 4.0 * r],
-        [-4.0 * s, 4.0 * (q - s)],
-    ]
 }
