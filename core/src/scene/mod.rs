@@ -8,6 +8,7 @@ mod material;
 mod mesh_file;
 mod resolved;
 mod shape;
+pub(crate) mod target;
 #[cfg(test)]
 mod tests;
 pub(crate) mod validate;

@@ -9,9 +9,10 @@ use super::actuator::read_actuator;
 use super::material::read_material;
 use super::mesh_file::read_groups;
 use super::shape::strictly_inside;
+use super::target::{read_displacement, read_kind};
 use super::{
-    ActuatorBody, Body, Component, ContactMode, ElementChoice, MeshFileBody, MeshRequest,
-    Orientation, Probe, Scene, SceneObjective,
+    ActuatorBody, Body, ContactMode, ElementChoice, MeshFileBody, MeshRequest, Orientation, Probe,
+    Scene, SceneObjective,
 };
 use crate::actuation::ActuationCycle;
 use crate::document::{Node, Object, read};
@@ -256,17 +257,26 @@ fn read_probes(node: &Node<'_>, actuator: Option<&Actuator>) -> Option<Vec<Probe
     }))
 }
 
-/// Notes a fault unless the point is in the closed solid of the actuator.
-pub fn check_in_solid(node: &Node<'_>, [x, y]: Point, actuator: &Actuator) -> Option<()> {
-    let [w, h] = actuator.unit_mm;
-    let length = w * actuator.units.len() as f64;
+/// The unit in which a point of an actuator lies, and its place there; a fault outside all units.
+pub fn find_unit(
+    node: &Node<'_>,
+    [x, y]: Point,
+    [w, h]: [f64; 2],
+    units: usize,
+) -> Option<(usize, Point)> {
+    let length = w * units as f64;
     if !((0.0..=length).contains(&x) && (0.0..=h).contains(&y)) {
         return node.fault(format!(
             "the point is outside the actuator, 0 <= x <= {length} and 0 <= y <= {h}"
         ));
     }
-    let k = ((x / w) as usize).min(actuator.units.len() - 1);
-    let local = [x - k as f64 * w, y];
+    let k = ((x / w) as usize).min(units - 1);
+    Some((k, [x - k as f64 * w, y]))
+}
+
+/// Notes a fault unless the point is in the closed solid of the actuator.
+pub fn check_in_solid(node: &Node<'_>, point: Point, actuator: &Actuator) -> Option<()> {
+    let (k, local) = find_unit(node, point, actuator.unit_mm, actuator.units.len())?;
     for (i, chamber) in actuator.units[k].chambers_mm.iter().enumerate() {
         if strictly_inside(chamber, local) {
             return node.fault(format!(
@@ -283,14 +293,7 @@ fn read_objective(
     actuation: Option<&ActuationCycle>,
 ) -> Option<SceneObjective> {
     let object = node.open()?;
-    let area = object
-        .required("kind")?
-        .choice(&[("enclosed_area", true), ("displacement", false)])?;
-    object.allow(if area {
-        &["kind", "probe", "orientation"]
-    } else {
-        &["kind", "probe", "component", "state", "sign"]
-    });
+    let area = read_kind(&object, "probe")?;
     let probe = object.required("probe").and_then(|n| {
         let name = n.text()?;
         if probes.is_some_and(|list| list.iter().all(|p| p.name != name)) {
@@ -313,27 +316,11 @@ fn read_objective(
             orientation: orientation?,
         });
     }
-    let component = object
-        .required("component")
-        .and_then(|n| n.choice(&[("x", Component::X), ("y", Component::Y)]));
-    let last = actuation.map_or(usize::MAX, |a| a.legs() * a.load_steps_per_leg);
-    let state = object.required("state").and_then(|n| {
-        let state = n.count(0, usize::MAX)?;
-        n.expect(
-            state <= last,
-            &format!("state {state} is out of the path, whose last state is {last}"),
-        )?;
-        Some(state)
-    });
-    let sign = object.or("sign", 1.0, |n| {
-        let sign = n.number()?;
-        n.expect(sign.abs() == 1.0, "must be 1 or -1")?;
-        Some(sign)
-    });
+    let displacement = read_displacement(&object, actuation);
     Some(SceneObjective::Displacement {
         probe: probe?,
-        component: component?,
-        state: state?,
-        sign: sign?,
+        component: displacement.component?,
+        state: displacement.state?,
+        sign: displacement.sign?,
     })
 }
