@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use salp_core::picture::{CurvePicture, CurvePoint, CurveSeries};
-use salp_protocol::{Axis, Curve};
+use salp_protocol::{Axis, Curve, csv};
 use serde_json::json;
 
 use crate::client::StudyArguments;
@@ -62,7 +62,7 @@ impl CurveVerb {
         };
         let text = match format {
             Format::Json => json!(curve).to_string(),
-            Format::Csv => csv(&curve),
+            Format::Csv => csv::curve(&curve),
             Format::Svg => {
                 let name = client.study(&id)?.name;
                 let label = |_: usize, index: usize| format!("restart {index}");
@@ -81,31 +81,6 @@ impl CurveVerb {
         }
         Ok(())
     }
-}
-
-/// A curve as CSV, a line a point.
-pub fn csv(curve: &Curve) -> String {
-    let mut text = String::from(
-        "step,restart,t_s,evaluations,objective,best,max_violation,feasible,overlap\n",
-    );
-    let cell = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
-    for restart in &curve.restarts {
-        for point in &restart.points {
-            text += &format!(
-                "{},{},{},{},{},{},{},{},{}\n",
-                restart.step,
-                restart.index,
-                point.t_s,
-                point.evaluations,
-                cell(point.objective),
-                cell(point.best),
-                cell(point.max_violation),
-                point.feasible,
-                point.overlap
-            );
-        }
-    }
-    text
 }
 
 /// A curve as a picture. A restart's line is its best feasible objective so far, overlapping walls included; the parts

@@ -4,6 +4,7 @@
 //! by *heartbeats* and *reports* the outcome; heartbeat and report must carry the fence, and one that is no longer the
 //! latest is refused, so a worker that was thought dead can never overwrite what another one did.
 
+pub mod csv;
 pub mod event;
 pub mod id;
 pub mod problem;

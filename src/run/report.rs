@@ -8,7 +8,7 @@ use salp_core::geometry::MeshPlan;
 use salp_core::scene::{Orientation, Scene};
 use salp_core::study::Study;
 use salp_core::study::spec::StepConstraints;
-use salp_protocol::Best;
+use salp_protocol::{Best, csv};
 use serde_json::{Value, json};
 
 use super::document::Results;
@@ -29,8 +29,8 @@ pub fn write(
     let at = |name: &str| folder.at("report").join(name);
     let pretty = |value: &Value| serde_json::to_string_pretty(value).unwrap_or_default();
     write_file(&at("result.json"), &document.to_string())?;
-    write_file(&at("curve.csv"), &crate::curve::csv(&results.curve))?;
-    write_file(&at("ledger.csv"), &ledger_csv(results))?;
+    write_file(&at("curve.csv"), &csv::curve(&results.curve))?;
+    write_file(&at("ledger.csv"), &csv::ledger(&results.ledger))?;
     let mut lines = counts(results);
     let mut caption = Vec::new();
     let mut summary = json!({ "study_id": results.view.id, "name": study.name });
@@ -259,45 +259,4 @@ fn limits(study: &Study, step: usize) -> String {
         "limits: {stretch}; walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; no overlapping walls, no negative pivots; load margin off; material {material}",
         constraints.wall_mm, constraints.spike_deg
     )
-}
-
-fn ledger_csv(results: &Results) -> String {
-    let mut text = String::from(
-        "evaluation,step,restart,batch,batch_index,kind,iteration,status,objective,max_violation,feasible,overlap,cached_from,wall_s,cpu_s,worker,attempt,created_ms,finished_ms,x\n",
-    );
-    for row in &results.ledger {
-        let x: Vec<String> = row.x.iter().map(f64::to_string).collect();
-        let cells = [
-            row.evaluation.to_string(),
-            row.step.to_string(),
-            row.restart.to_string(),
-            row.batch.to_string(),
-            row.batch_index.to_string(),
-            row.kind.clone(),
-            row.iteration.to_string(),
-            row.status.clone(),
-            cell(row.objective),
-            cell(row.max_violation),
-            row.feasible.to_string(),
-            row.overlap.to_string(),
-            cell(row.cached_from.as_ref()),
-            cell(row.wall_s),
-            cell(row.cpu_s),
-            row.worker
-                .as_ref()
-                .map_or_else(String::new, |w| w.0.replace([',', '"', '\n'], "_")),
-            row.attempt.to_string(),
-            row.created_ms.to_string(),
-            cell(row.finished_ms),
-            x.join(" "),
-        ];
-        text += &cells.join(",");
-        text.push('\n');
-    }
-    text
-}
-
-/// Empty where there is none.
-fn cell<T: std::fmt::Display>(value: Option<T>) -> String {
-    value.map_or_else(String::new, |v| v.to_string())
 }

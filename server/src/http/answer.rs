@@ -151,8 +151,3 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Parameters<T> 
 pub fn csv(text: String) -> Response {
     ([(header::CONTENT_TYPE, "text/csv; charset=utf-8")], text).into_response()
 }
-
-/// A number of a CSV line; empty where there is none.
-pub fn cell<T: std::fmt::Display>(value: Option<T>) -> String {
-    value.map_or_else(String::new, |value| value.to_string())
-}

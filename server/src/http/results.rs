@@ -1,17 +1,15 @@
 //! Results: restarts, curve, ledger, candidates.
 
-use std::fmt::Write as _;
-
 use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use salp_protocol::{
-    Axis, Candidate, Curve, EvaluationRow, LedgerPage, RestartState, RestartView, StudyId,
+    Axis, Candidate, LedgerPage, RestartState, RestartView, StudyId, csv as table,
 };
 use serde::Deserialize;
 
 use super::Shared;
-use super::answer::{Parameters, PathId, Refusal, cell, csv};
+use super::answer::{Parameters, PathId, Refusal, csv};
 use super::studies::{best_point, find};
 use crate::curve::curve as curve_of;
 
@@ -80,33 +78,8 @@ pub async fn curve(
     let curve = curve_of(axis, study.started_ms, &points);
     Ok(match parameters.format {
         Format::Json => Json(curve).into_response(),
-        Format::Csv => csv(curve_csv(&curve)),
+        Format::Csv => csv(table::curve(&curve)),
     })
-}
-
-fn curve_csv(curve: &Curve) -> String {
-    let mut text = String::from(
-        "step,restart,t_s,evaluations,objective,best,max_violation,feasible,overlap\n",
-    );
-    for restart in &curve.restarts {
-        for point in &restart.points {
-            // Writing to a string cannot fail.
-            let _ = writeln!(
-                text,
-                "{},{},{},{},{},{},{},{},{}",
-                restart.step,
-                restart.index,
-                point.t_s,
-                point.evaluations,
-                cell(point.objective),
-                cell(point.best),
-                cell(point.max_violation),
-                point.feasible,
-                point.overlap
-            );
-        }
-    }
-    text
 }
 
 /// Parameters of the ledger.
@@ -135,7 +108,7 @@ pub async fn evaluations(
             .store
             .ledger(&study.id, after, limit, false)
             .await?;
-        return Ok(csv(ledger_csv(&rows)));
+        return Ok(csv(table::ledger(&rows)));
     }
     let limit = parameters.limit.unwrap_or(1000).clamp(1, 10_000);
     let evaluations = coordinator
@@ -146,51 +119,6 @@ pub async fn evaluations(
         .then(|| evaluations.last().map(|row| row.evaluation.to_string()))
         .flatten();
     Ok(Json(LedgerPage { evaluations, next }).into_response())
-}
-
-fn ledger_csv(rows: &[EvaluationRow]) -> String {
-    let mut text = String::from(
-        "evaluation,step,restart,batch,batch_index,kind,iteration,status,objective,max_violation,feasible,overlap,\
-         cached_from,wall_s,cpu_s,worker,attempt,fence,created_ms,finished_ms,x\n",
-    );
-    for row in rows {
-        let x: Vec<String> = row.x.iter().map(f64::to_string).collect();
-        let _ = writeln!(
-            text,
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
-            row.evaluation,
-            row.step,
-            row.restart,
-            row.batch,
-            row.batch_index,
-            row.kind,
-            row.iteration,
-            row.status,
-            cell(row.objective),
-            cell(row.max_violation),
-            row.feasible,
-            row.overlap,
-            cell(row.cached_from.as_ref()),
-            cell(row.wall_s),
-            cell(row.cpu_s),
-            quoted(row.worker.as_ref().map_or("", |worker| &worker.0)),
-            row.attempt,
-            row.fence,
-            row.created_ms,
-            cell(row.finished_ms),
-            x.join(" ")
-        );
-    }
-    text
-}
-
-/// A text cell; a worker names itself, so its id may hold anything.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }
 
 /// The best points of the restarts, best first; equal designs once.

@@ -1,0 +1,143 @@
+//! Results as CSV, the same from the coordinator and from the command line: a header line, then a line a row.
+
+use std::fmt::{Display, Write as _};
+
+use crate::results::{Curve, EvaluationRow};
+
+/// A number; empty where there is none.
+pub fn cell<T: Display>(value: Option<T>) -> String {
+    value.map_or_else(String::new, |value| value.to_string())
+}
+
+/// A curve, a line a point.
+pub fn curve(curve: &Curve) -> String {
+    let mut text = String::from(
+        "step,restart,t_s,evaluations,objective,best,max_violation,feasible,overlap\n",
+    );
+    for restart in &curve.restarts {
+        for point in &restart.points {
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                text,
+                "{},{},{},{},{},{},{},{},{}",
+                restart.step,
+                restart.index,
+                point.t_s,
+                point.evaluations,
+                cell(point.objective),
+                cell(point.best),
+                cell(point.max_violation),
+                point.feasible,
+                point.overlap
+            );
+        }
+    }
+    text
+}
+
+/// A ledger, a line an evaluation.
+pub fn ledger(rows: &[EvaluationRow]) -> String {
+    let mut text = String::from(
+        "evaluation,step,restart,batch,batch_index,kind,iteration,status,objective,max_violation,feasible,overlap,\
+         cached_from,wall_s,cpu_s,worker,attempt,fence,created_ms,finished_ms,x\n",
+    );
+    for row in rows {
+        let x: Vec<String> = row.x.iter().map(f64::to_string).collect();
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            row.evaluation,
+            row.step,
+            row.restart,
+            row.batch,
+            row.batch_index,
+            row.kind,
+            row.iteration,
+            row.status,
+            cell(row.objective),
+            cell(row.max_violation),
+            row.feasible,
+            row.overlap,
+            cell(row.cached_from.as_ref()),
+            cell(row.wall_s),
+            cell(row.cpu_s),
+            quoted(row.worker.as_ref().map_or("", |worker| &worker.0)),
+            row.attempt,
+            row.fence,
+            row.created_ms,
+            cell(row.finished_ms),
+            x.join(" ")
+        );
+    }
+    text
+}
+
+/// A text cell; a worker names itself, so its id may hold anything.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::{Axis, CurvePoint, RestartCurve};
+    use crate::{EvaluationId, WorkerId};
+
+    #[test]
+    fn lines_have_as_many_cells_as_their_header() {
+        let point = CurvePoint {
+            step: 0,
+            t_s: 0.5,
+            evaluations: 1,
+            objective: None,
+            best: Some(-2.5),
+            max_violation: None,
+            feasible: false,
+            overlap: false,
+        };
+        let restarts = vec![RestartCurve {
+            step: 0,
+            index: 3,
+            points: vec![point],
+        }];
+        let text = curve(&Curve {
+            axis: Axis::Cpu,
+            restarts,
+            best: Vec::new(),
+        });
+        assert_eq!(text.lines().nth(1), Some("0,3,0.5,1,,-2.5,,false,false"));
+        let text = ledger(&[EvaluationRow {
+            evaluation: EvaluationId(7),
+            step: 0,
+            restart: 0,
+            batch: 0,
+            batch_index: 0,
+            kind: "initial".into(),
+            iteration: 0,
+            x: vec![1.0, 0.5],
+            status: "ok".into(),
+            objective: Some(1.0),
+            max_violation: Some(0.0),
+            feasible: true,
+            overlap: false,
+            cached_from: None,
+            wall_s: None,
+            cpu_s: None,
+            worker: Some(WorkerId("a \"b\"".into())),
+            attempt: 1,
+            fence: 1,
+            created_ms: 5,
+            finished_ms: None,
+            outcome: None,
+        }]);
+        let [header, line] = text.lines().collect::<Vec<_>>()[..] else {
+            panic!("{text}")
+        };
+        assert_eq!(line.split(',').count(), header.split(',').count());
+        assert!(line.contains("\"a \"\"b\"\"\"") && line.ends_with(",1 0.5"));
+    }
+}
