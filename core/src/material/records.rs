@@ -19,7 +19,8 @@ pub struct MaterialRecord {
     pub source: &'static str,
     /// Largest principal stretch of the data behind the fit; `None` where the source does not say.
     pub fit_stretch: Option<f64>,
-    /// Engineering strain at break (3.39 = 339 %), where the supplier gives it.
+    /// Engineering strain at break (3.39 = 339 %) by the supplier's data sheet or by a tension test, as `source` says;
+    /// `None` where neither could be had.
     pub elongation_at_break: Option<f64>,
 }
 
@@ -70,11 +71,34 @@ const fn yeoh(c1: f64, c2: f64, c3: f64) -> MaterialLaw {
     })
 }
 
-const SOROTOKI: &str = "parameter set of the public toolbox SorotokiCode, which states no range; elongation: supplier's data sheet";
-const SOROMATERIALS: &str = "fit to the open SoRoMaterials tension curves at 0-100 % strain (Marechal et al. 2021, doi 10.1089/soro.2019.0115); \
-     elongation: supplier's data sheet";
-const SOROMATERIALS_SOFTENING: &str = "fit to the open SoRoMaterials tension curves at 0-100 % strain (Marechal et al. 2021, doi 10.1089/soro.2019.0115); \
-     the negative last term loses monotonicity beyond that range; elongation: supplier's data sheet";
+macro_rules! sorotoki {
+    ($elongation:literal) => {
+        concat!(
+            "parameter set of the public toolbox SorotokiCode, which states no range; elongation: ",
+            $elongation
+        )
+    };
+}
+
+macro_rules! soro_materials {
+    ($note:literal, $elongation:literal) => {
+        concat!(
+            "fit to the open SoRoMaterials tension curves at 0-100 % strain (Marechal et al. 2021, doi 10.1089/soro.2019.0115); ",
+            $note,
+            "elongation: ",
+            $elongation
+        )
+    };
+}
+
+macro_rules! softening {
+    ($elongation:literal) => {
+        soro_materials!(
+            "the negative last term loses monotonicity beyond that range; ",
+            $elongation
+        )
+    };
+}
 
 /// Every record that is shipped.
 pub const RECORDS: [MaterialRecord; 14] = [
@@ -95,79 +119,79 @@ pub const RECORDS: [MaterialRecord; 14] = [
     MaterialRecord {
         name: "ecoflex-00-50",
         law: yeoh(0.0145, 0.0001, 0.0),
-        source: SOROTOKI,
+        source: sorotoki!("Smooth-On, Ecoflex series, 980 %"),
         fit_stretch: None,
         elongation_at_break: Some(9.8),
     },
     MaterialRecord {
         name: "dragon-skin-10",
         law: yeoh(0.036, 2.5e-4, 2.3e-5),
-        source: SOROTOKI,
+        source: sorotoki!("Smooth-On, Dragon Skin series, 1000 %"),
         fit_stretch: None,
         elongation_at_break: Some(10.0),
     },
     MaterialRecord {
         name: "dragon-skin-30",
         law: yeoh(0.1536, 0.0016, 0.0),
-        source: SOROTOKI,
+        source: sorotoki!("Smooth-On, Dragon Skin series, 364 %"),
         fit_stretch: None,
         elongation_at_break: Some(3.64),
     },
     MaterialRecord {
         name: "elastosil-m4601",
         law: yeoh(0.11, 0.02, 0.0),
-        source: SOROTOKI,
+        source: sorotoki!("Wacker, Elastosil M 4601, ISO 37, 700 %"),
         fit_stretch: None,
         elongation_at_break: Some(7.0),
     },
     MaterialRecord {
         name: "rtv615",
         law: yeoh(0.1621, 0.0142, 0.0009),
-        source: SOROTOKI,
+        source: sorotoki!("SoRoMaterials, pull to failure, strain from the crosshead, 193 %"),
         fit_stretch: None,
-        elongation_at_break: Some(1.2),
+        elongation_at_break: Some(1.93),
     },
     MaterialRecord {
         name: "ecoflex-00-10",
         law: yeoh(0.00351, 2.71e-4, -3.47e-5),
-        source: SOROMATERIALS_SOFTENING,
+        source: softening!("Smooth-On, Ecoflex series, 800 %"),
         fit_stretch: Some(2.0),
         elongation_at_break: Some(8.0),
     },
     MaterialRecord {
         name: "ecoflex-00-30",
         law: yeoh(0.00714, 6.61e-4, -1.27e-4),
-        source: SOROMATERIALS_SOFTENING,
+        source: softening!("Smooth-On, Ecoflex series, 900 %"),
         fit_stretch: Some(2.0),
         elongation_at_break: Some(9.0),
     },
     MaterialRecord {
         name: "dragon-skin-20",
         law: yeoh(0.05528, 1.49e-2, -2.09e-3),
-        source: SOROMATERIALS_SOFTENING,
+        source: softening!("Smooth-On, Dragon Skin series, 620 %"),
         fit_stretch: Some(2.0),
         elongation_at_break: Some(6.2),
     },
     MaterialRecord {
         name: "mold-star-16",
         law: yeoh(0.0407, 3.61e-3, -1.94e-4),
-        source: SOROMATERIALS_SOFTENING,
+        source: softening!("the same tests, strain from the crosshead, 829 %"),
         fit_stretch: Some(2.0),
-        elongation_at_break: Some(4.4),
+        elongation_at_break: Some(8.29),
     },
     MaterialRecord {
         name: "mold-star-20t",
         law: yeoh(0.05395, 4.09e-3, -1.91e-4),
-        source: SOROMATERIALS_SOFTENING,
+        source: softening!("the same tests, strain from the crosshead, 823 %"),
         fit_stretch: Some(2.0),
-        elongation_at_break: Some(4.7),
+        elongation_at_break: Some(8.23),
     },
     MaterialRecord {
         name: "sorta-clear-40",
         law: yeoh(0.13905, 5.31e-3, 7.24e-5),
-        source: SOROMATERIALS,
+        source: soro_materials!("", "the same tests, strain from the crosshead, 507 %"),
         fit_stretch: Some(2.0),
-        elongation_at_break: Some(4.0),
+        elongation_at_break: Some(5.07),
     },
     MaterialRecord {
         name: "smooth-sil-950",
@@ -176,9 +200,9 @@ pub const RECORDS: [MaterialRecord; 14] = [
             c01_mpa: 0.09754981,
             c20_mpa: 0.05750069,
         }),
-        source: "constants in the first author's public scripts of 2022, which state no range; elongation: supplier's data sheet",
+        source: "constants in the first author's public scripts of 2022, which state neither a range nor an elongation: a study must give its stretch limit as a number",
         fit_stretch: None,
-        elongation_at_break: Some(3.2),
+        elongation_at_break: None,
     },
 ];
 
@@ -191,7 +215,14 @@ mod tests {
         for record in &RECORDS {
             assert_eq!(find(record.name), Some(record));
             assert!(record.law.shear_modulus_mpa() > 0.0);
-            assert!(record.stretch_limit().is_some_and(|l| l > 1.0));
+            assert!(record.stretch_limit().is_none_or(|l| l > 1.0));
+            // A source that speaks of an elongation gives the number that the record holds.
+            if let Some(elongation) = record.elongation_at_break
+                && let Some((_, said)) = record.source.split_once("elongation: ")
+            {
+                let percent = format!("{:.0} %", 100.0 * elongation);
+                assert!(said.ends_with(&percent), "{}", record.name);
+            }
             assert!(record.source.len() > 20 && record.convention().contains("mu ="));
         }
         assert_eq!(find("butter"), None);
