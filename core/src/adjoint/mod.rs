@@ -47,21 +47,50 @@ pub fn of_probe(accepted: &mut AcceptedState<'_>, probe: &ProbePoint) -> [NodeGr
     })
 }
 
-/// Derivative of a functional given by its sensitivities at the quadrature points.
-pub fn of_points(
+/// A functional's derivatives with respect to nodal displacements and, at fixed displacements, to nodal positions.
+pub struct Functional {
+    /// dJ/du.
+    pub u: NodeGradient,
+    /// dJ/dX at fixed u.
+    pub x: NodeGradient,
+}
+
+impl Functional {
+    /// A functional given by its sensitivities at the quadrature points.
+    pub fn of_points(accepted: &AcceptedState<'_>, sensitivities: &[PointSensitivity]) -> Self {
+        let system = accepted.system;
+        let nodes = system.body.mesh.nodes.len();
+        let (mut u, mut x) = (vec![[0.0; 2]; nodes], vec![[0.0; 2]; nodes]);
+        system.sample_transpose(&accepted.state.u, sensitivities, &mut u, &mut x);
+        Self { u, x }
+    }
+}
+
+/// dJ/dX of several functionals, solved together.
+pub fn of_functionals(
     accepted: &mut AcceptedState<'_>,
-    sensitivities: &[PointSensitivity],
-) -> NodeGradient {
+    functionals: Vec<Functional>,
+) -> Vec<NodeGradient> {
     let system = accepted.system;
-    let nodes = system.body.mesh.nodes.len();
-    let (mut d_u, mut out) = (vec![[0.0; 2]; nodes], vec![[0.0; 2]; nodes]);
-    system.sample_transpose(&accepted.state.u, sensitivities, &mut d_u, &mut out);
-    d_u.iter_mut().flatten().for_each(|v| *v = -*v);
-    let mut rhs = vec![0.0; system.dofs.free()];
-    system.dofs.gather(&d_u, &mut rhs);
-    accepted.solver.solve(&mut rhs, 1);
-    d_u.fill([0.0; 2]);
-    system.dofs.add_to_field(1.0, &rhs, &mut d_u);
-    system.add_shape_derivative(accepted.state, accepted.load, &d_u, &mut out);
-    out
+    let n = system.dofs.free();
+    let mut rhs = vec![0.0; n * functionals.len()];
+    for (functional, part) in functionals.iter().zip(rhs.chunks_mut(n)) {
+        system.dofs.gather(&functional.u, part);
+        part.iter_mut().for_each(|v| *v = -*v);
+    }
+    if !functionals.is_empty() {
+        accepted.solver.solve(&mut rhs, functionals.len());
+    }
+    let mut field = vec![[0.0; 2]; system.body.mesh.nodes.len()];
+    functionals
+        .into_iter()
+        .zip(rhs.chunks(n))
+        .map(|(functional, part)| {
+            field.fill([0.0; 2]);
+            system.dofs.add_to_field(1.0, part, &mut field);
+            let mut out = functional.x;
+            system.add_shape_derivative(accepted.state, accepted.load, &field, &mut out);
+            out
+        })
+        .collect()
 }

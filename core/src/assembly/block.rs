@@ -39,6 +39,8 @@ pub type Pressures = Vec<f64>;
 
 /// A quadrature point: area (mm^2), reference position (mm), deformation gradient.
 pub struct PointSample {
+    /// Element, counted over all blocks.
+    pub element: usize,
     /// Weight times Jacobian.
     pub area: f64,
     /// Place in the reference shape.
@@ -56,6 +58,12 @@ pub struct PointSensitivity {
     pub at: [f64; 2],
     /// With respect to the deformation gradient.
     pub f: [[f64; 2]; 2],
+}
+
+impl PointSensitivity {
+    fn is_zero(&self) -> bool {
+        self.area == 0.0 && self.at == [0.0; 2] && self.f == [[0.0; 2]; 2]
+    }
 }
 
 macro_rules! dispatch {
@@ -348,7 +356,14 @@ impl<const NN: usize, const NQ: usize, const NP: usize> Block<NN, NQ, NP> {
         (area, moment)
     }
 
-    fn sample(&self, x: &[[f64; 2]], u: &[[f64; 2]], visit: &mut dyn FnMut(PointSample)) {
+    fn sample(
+        &self,
+        x: &[[f64; 2]],
+        u: &[[f64; 2]],
+        first_element: usize,
+        visit: &mut dyn FnMut(PointSample),
+    ) {
+        let mut element = first_element;
         for (pack, nodes) in self.nodes.iter().enumerate() {
             let (local, place) = (Self::gather(nodes, u), Self::gather(nodes, x));
             let geometry = &*self.geometry[pack];
@@ -364,11 +379,13 @@ impl<const NN: usize, const NQ: usize, const NP: usize> Block<NN, NQ, NP> {
                         }
                     }
                     visit(PointSample {
+                        element,
                         area: geometry.w[q].0[l],
                         at,
                         f: k[q].f.map(|row| row.map(|v| v.0[l])),
                     });
                 }
+                element += 1;
             }
         }
     }
@@ -387,6 +404,9 @@ impl<const NN: usize, const NQ: usize, const NP: usize> Block<NN, NQ, NP> {
             for l in 0..self.active[pack] {
                 for q in 0..NQ {
                     let s = next();
+                    if s.is_zero() {
+                        continue;
+                    }
                     let h = kernel::gradient::<false, NN>(&local, &geometry.g[q])
                         .map(|row| row.map(|v| v.0[l]));
                     let area = geometry.w[q].0[l] * s.area;
@@ -491,8 +511,14 @@ impl BlockKernel {
     }
 
     /// Visits every quadrature point in a fixed order.
-    pub fn sample(&self, x: &[[f64; 2]], u: &[[f64; 2]], visit: &mut dyn FnMut(PointSample)) {
-        each!(self, b => b.sample(x, u, visit));
+    pub fn sample(
+        &self,
+        x: &[[f64; 2]],
+        u: &[[f64; 2]],
+        first_element: usize,
+        visit: &mut dyn FnMut(PointSample),
+    ) {
+        each!(self, b => b.sample(x, u, first_element, visit));
     }
 
     /// The transpose of [`Self::sample`], asking for sensitivities in the same order.

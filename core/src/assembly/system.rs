@@ -335,8 +335,10 @@ impl System {
 
     /// Visits every quadrature point in a fixed order.
     pub fn sample(&self, u: &[[f64; 2]], mut visit: impl FnMut(PointSample)) {
-        for block in &self.blocks {
-            block.sample(&self.body.mesh.nodes, u, &mut visit);
+        let mut first = 0;
+        for (kernel, block) in self.blocks.iter().zip(&self.body.mesh.blocks) {
+            kernel.sample(&self.body.mesh.nodes, u, first, &mut visit);
+            first += block.len();
         }
     }
 

@@ -5,11 +5,12 @@
 //!
 //! m_i = sum_j w_j k(|X_i - X_j|) s_j / sum_j w_j k(|X_i - X_j|),   k(d) = (1 - (d/r)^2)^2 for d < r (C^1),
 //!
-//! and a state has the smooth maximum (Kreisselmeier-Steinhauser)
+//! and each region of the solid (the surroundings of one chamber corner) has the smooth maximum
+//! (Kreisselmeier-Steinhauser)
 //!
 //! KS = ln( sum_i w_i exp(rho m_i) / (pi r^2) ) / rho,
 //!
-//! which exceeds the true maximum where an area larger than the disc is as hot, and falls below it where a smaller one is.
+//! so that an optimiser sees every corner that is near its limit, not only the hottest. It exceeds the true maximum where an area larger than the disc is as hot, and falls below it where a smaller one is.
 //! In plane strain the in-plane stretches l1 >= l2 satisfy l1 + l2 = sqrt(s + 2 J), l1 - l2 = sqrt(s - 2 J), s = F:F.
 
 use crate::assembly::{PointSensitivity, System};
@@ -24,6 +25,9 @@ pub struct StretchMeasure {
     radius: f64,
     area: Vec<f64>,
     at: Vec<[f64; 2]>,
+    /// Number of regions, and the region of each point.
+    regions: usize,
+    region: Vec<u16>,
     /// Neighbours of point i, itself included, at `start[i]..start[i + 1]`.
     start: Vec<u32>,
     neighbour: Vec<u32>,
@@ -57,11 +61,13 @@ impl StretchState {
 impl StretchMeasure {
     /// Finds the points of each disc of radius `radius` (mm).
     pub fn new(system: &System, radius: f64) -> Self {
-        let (mut area, mut at) = (Vec::new(), Vec::new());
+        let (mut area, mut at, mut region) = (Vec::new(), Vec::new(), Vec::new());
         let rest = vec![[0.0; 2]; system.body.mesh.nodes.len()];
+        let regions = &system.body.regions;
         system.sample(&rest, |p| {
             area.push(p.area);
             at.push(p.at);
+            region.push(regions.of_element.get(p.element).copied().unwrap_or(0));
         });
         let cell = |x: [f64; 2]| {
             (
@@ -83,6 +89,8 @@ impl StretchMeasure {
             weight: Vec::with_capacity(at.len()),
             area,
             at,
+            regions: regions.count.max(1),
+            region,
         };
         let square = radius * radius;
         for &x in &this.at {
@@ -141,30 +149,45 @@ impl StretchMeasure {
         }
     }
 
-    /// KS of a state and the weights of its points, which sum to one.
-    pub fn smooth_maximum(&self, state: &StretchState) -> (f64, Vec<f64>) {
-        let largest = state.largest();
-        let mut weights: Vec<f64> = state
-            .averaged
-            .iter()
-            .zip(&self.area)
-            .map(|(m, w)| w * (RHO * (m - largest)).exp())
-            .collect();
-        let sum: f64 = weights.iter().sum();
-        for w in &mut weights {
-            *w /= sum;
-        }
-        let disc = std::f64::consts::PI * self.radius * self.radius;
-        (largest + (sum / disc).ln() / RHO, weights)
+    /// Number of regions.
+    pub fn regions(&self) -> usize {
+        self.regions
     }
 
-    /// Derivatives of KS with respect to what each quadrature point holds.
-    pub fn sensitivities(&self, state: &StretchState, weights: &[f64]) -> Vec<PointSensitivity> {
+    /// KS of a state per region.
+    pub fn smooth_maxima(&self, state: &StretchState) -> Vec<f64> {
+        let mut largest = vec![1.0_f64; self.regions];
+        for (m, r) in state.averaged.iter().zip(&self.region) {
+            largest[*r as usize] = largest[*r as usize].max(*m);
+        }
+        let mut sum = vec![0.0; self.regions];
+        for ((m, r), w) in state.averaged.iter().zip(&self.region).zip(&self.area) {
+            sum[*r as usize] += w * (RHO * (m - largest[*r as usize])).exp();
+        }
+        let disc = std::f64::consts::PI * self.radius * self.radius;
+        largest
+            .iter()
+            .zip(&sum)
+            .map(|(l, s)| l + (s / disc).ln() / RHO)
+            .collect()
+    }
+
+    /// Derivatives of a region's KS, whose value is `smooth`, with respect to what each quadrature point holds.
+    pub fn sensitivities(
+        &self,
+        state: &StretchState,
+        region: usize,
+        smooth: f64,
+    ) -> Vec<PointSensitivity> {
         let n = self.at.len();
+        let disc = std::f64::consts::PI * self.radius * self.radius;
         let mut out = vec![PointSensitivity::default(); n];
         let mut d_stretch = vec![0.0; n];
         for i in 0..n {
-            let share = weights[i];
+            if self.region[i] as usize != region {
+                continue;
+            }
+            let share = self.area[i] / disc * (RHO * (state.averaged[i] - smooth)).exp();
             // Points that cannot be seen in double precision are left out.
             if share < 1e-18 {
                 continue;

@@ -2,10 +2,10 @@
 //!
 //! What is not wanted is not allocated, not computed and not paid for.
 
+use super::limits::{Extremum, Limits};
 use crate::actuation::{ActuationCycle, ActuationPoint};
 use crate::adjoint::{self, NodeGradient};
 use crate::assembly::{FoldedReference, State, System};
-use crate::constraint::stretch::{RHO, StretchMeasure};
 use crate::constraint::walls::{Crossing, Walls};
 use crate::equilibrium::{
     AcceptedState, Observer, PathEnd, PathWork, Phase, Settings, StateVisitor, follow,
@@ -27,8 +27,10 @@ pub struct Wanted {
     pub probe_gradient: Option<usize>,
     /// Radius of the averaging disc of the stretch, mm; `None` leaves the stretch out.
     pub stretch_radius: Option<f64>,
-    /// Derivative of the smooth maximum of the stretch over the path.
-    pub stretch_gradient: bool,
+    /// Smooth minimum of the gaps between the walls of each channel's voids.
+    pub wall_gaps: bool,
+    /// Derivatives of the smooth extrema of the stretch and of the gaps over the path.
+    pub limit_gradients: bool,
     /// Crossings of walls.
     pub walls: bool,
     /// Least gaps.
@@ -76,8 +78,11 @@ pub struct Analysis {
     pub states: Vec<Measured>,
     /// d (u_x, u_y) / dX of the probe, per state.
     pub probe_gradient: Vec<[NodeGradient; 2]>,
-    /// Smooth maximum of the averaged stretch over the path, and its derivative.
-    pub stretch: Option<(f64, Option<NodeGradient>)>,
+    /// Smooth maximum of the averaged stretch over the path, and its derivative, per region of the solid; empty where it
+    /// is left out.
+    pub stretch: Vec<Extremum>,
+    /// Smooth minimum of the gaps over the path, mm, and its derivative, per channel; empty where it is left out.
+    pub wall_gap: Vec<Extremum>,
     /// Displacement fields per state.
     pub fields: Vec<Vec<[f64; 2]>>,
 }
@@ -119,11 +124,10 @@ pub fn analyse(
         states,
         probe_gradient,
         fields,
-        smooth,
-        measure,
+        limits,
         ..
     } = recorder;
-    let stretch = measure.map(|_| smooth.finish());
+    let (stretch, wall_gap) = limits.finish();
     Ok(Analysis {
         system,
         end,
@@ -132,61 +136,9 @@ pub fn analyse(
         states,
         probe_gradient,
         stretch,
+        wall_gap,
         fields,
     })
-}
-
-/// ln(sum exp(rho KS_s)) / rho over the states and its derivative, summed as the states come.
-#[derive(Default)]
-struct SmoothMaximum {
-    largest: f64,
-    sum: f64,
-    gradient: Option<NodeGradient>,
-}
-
-impl SmoothMaximum {
-    /// Whether a state of this value can be seen in double precision beside the largest so far.
-    fn matters(&self, value: f64) -> bool {
-        self.sum == 0.0 || RHO * (value - self.largest) > -37.0
-    }
-
-    fn add(&mut self, value: f64, gradient: Option<NodeGradient>) {
-        if self.sum == 0.0 {
-            self.largest = value;
-        }
-        if value > self.largest {
-            let scale = (RHO * (self.largest - value)).exp();
-            self.sum *= scale;
-            self.gradient
-                .iter_mut()
-                .flatten()
-                .flatten()
-                .for_each(|v| *v *= scale);
-            self.largest = value;
-        }
-        let weight = (RHO * (value - self.largest)).exp();
-        self.sum += weight;
-        if let Some(gradient) = gradient {
-            let sum = self
-                .gradient
-                .get_or_insert_with(|| vec![[0.0; 2]; gradient.len()]);
-            for (s, g) in sum.iter_mut().zip(&gradient) {
-                s[0] += weight * g[0];
-                s[1] += weight * g[1];
-            }
-        }
-    }
-
-    fn finish(self) -> (f64, Option<NodeGradient>) {
-        if self.sum == 0.0 {
-            return (1.0, None);
-        }
-        let gradient = self.gradient.map(|mut g| {
-            g.iter_mut().flatten().for_each(|v| *v /= self.sum);
-            g
-        });
-        (self.largest + self.sum.ln() / RHO, gradient)
-    }
 }
 
 /// Measures the accepted states.
@@ -194,11 +146,10 @@ struct Recorder<'a> {
     probes: &'a [ProbePoint],
     channels: usize,
     wanted: &'a Wanted,
-    measure: Option<StretchMeasure>,
+    limits: Limits,
     walls: Option<Walls>,
     states: Vec<Measured>,
     probe_gradient: Vec<[NodeGradient; 2]>,
-    smooth: SmoothMaximum,
     fields: Vec<Vec<[f64; 2]>>,
     crossed: bool,
 }
@@ -210,13 +161,10 @@ impl<'a> Recorder<'a> {
             probes,
             channels,
             wanted,
-            measure: wanted
-                .stretch_radius
-                .map(|r| StretchMeasure::new(system, r)),
+            limits: Limits::new(system, channels, wanted),
             walls: need_walls.then(|| Walls::new(&system.body.boundary, &system.body.mesh.nodes)),
             states: Vec::new(),
             probe_gradient: Vec::new(),
-            smooth: SmoothMaximum::default(),
             fields: Vec::new(),
             crossed: false,
         }
@@ -228,10 +176,10 @@ impl StateVisitor for Recorder<'_> {
         observer.enter(Phase::Measures);
         let system = accepted.system;
         let (x, u) = (&system.body.mesh.nodes, &accepted.state.u);
-        let stretch = self.measure.as_ref().map(|m| (m, m.at_state(system, u)));
+        let stretch = self.limits.stretch(system, u);
         let (max_stretch, max_stretch_raw) = stretch
             .as_ref()
-            .map_or((1.0, 1.0), |(_, s)| (s.largest(), s.largest_pointwise()));
+            .map_or((1.0, 1.0), |s| (s.largest(), s.largest_pointwise()));
         // Once walls have crossed, later states of the path add nothing to the verdict, unless it was but a fold.
         let crossing = match &self.walls {
             Some(walls) if self.wanted.walls && !self.crossed => walls.crossing(x, u),
@@ -271,20 +219,13 @@ impl StateVisitor for Recorder<'_> {
             self.probe_gradient
                 .push(adjoint::of_probe(&mut accepted, &self.probes[probe]));
         }
-        if let Some((measure, state)) = &stretch {
-            let (value, weights) = measure.smooth_maximum(state);
-            let gradient =
-                (self.wanted.stretch_gradient && self.smooth.matters(value)).then(|| {
-                    adjoint::of_points(&mut accepted, &measure.sensitivities(state, &weights))
-                });
-            self.smooth.add(value, gradient);
-        }
+        self.limits.add(&mut accepted, stretch.as_ref());
         max_stretch
     }
 
     fn stretch(&mut self, system: &System, state: &State) -> f64 {
-        self.measure
-            .as_ref()
-            .map_or(1.0, |m| m.at_state(system, &state.u).largest())
+        self.limits
+            .stretch(system, &state.u)
+            .map_or(1.0, |s| s.largest())
     }
 }

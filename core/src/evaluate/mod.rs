@@ -3,6 +3,7 @@
 pub mod analysis;
 mod answer;
 mod gradient;
+mod limits;
 mod scene;
 mod study;
 
@@ -10,3 +11,6 @@ pub use answer::{LeftOut, SceneAnswer, SceneStatus};
 pub use gradient::{CheckLine, Difference, GradientAnswer, check_bound, check_gradient};
 pub use scene::{SceneOptions, SceneSolution, solve_scene};
 pub use study::evaluate;
+
+#[cfg(test)]
+mod tests;

@@ -119,7 +119,8 @@ pub fn solve_scene(
     let wanted = Wanted {
         probe_gradient: objective_probe.filter(|_| options.gradient),
         stretch_radius: (!options.path_only).then_some(STRETCH_LENGTH_MM),
-        stretch_gradient: false,
+        wall_gaps: false,
+        limit_gradients: false,
         walls: !options.path_only,
         gaps: !options.path_only,
         fields: options.fields,

@@ -45,6 +45,22 @@ fn stretch_row(study: &Study, step: usize) -> Result<Option<StretchRow>, StudyEr
     }))
 }
 
+/// The row (least - gap) / scale per chamber: the wall thickness makes it of order one.
+struct GapRow {
+    least: f64,
+    scale: f64,
+}
+
+fn gap_row(study: &Study, step: usize) -> Result<Option<GapRow>, StudyError> {
+    let StepConstraints::Chambers(constraints) = &study.step(step)?.constraints else {
+        return Ok(None);
+    };
+    Ok(constraints.wall_gap.least_mm().map(|least| GapRow {
+        least,
+        scale: constraints.wall_mm,
+    }))
+}
+
 fn attempt(
     study: &Study,
     request: &EvaluationRequest,
@@ -86,10 +102,12 @@ fn attempt(
     };
     let probe = ProbePoint::new(&body.mesh, place.block, place.element, place.local);
     let stretch = stretch_row(study, step)?;
+    let gap_row = gap_row(study, step)?;
     let wanted = Wanted {
         probe_gradient: request.want_gradient.then_some(0),
         stretch_radius: stretch.as_ref().map(|s| s.radius),
-        stretch_gradient: request.want_gradient,
+        wall_gaps: gap_row.is_some(),
+        limit_gradients: request.want_gradient,
         walls: true,
         gaps: false,
         fields: false,
@@ -129,6 +147,7 @@ fn attempt(
             &mesh,
             &analysis,
             stretch.as_ref(),
+            gap_row.as_ref(),
             &mut outcome,
         )?;
     }
@@ -156,7 +175,7 @@ fn status(analysis: &Analysis) -> OutcomeStatus {
     }
 }
 
-/// Objective, constraints (geometric rows, then the stretch row) and gradients of a complete path.
+/// Objective, constraints (geometric rows, a stretch row per chamber corner, a gap row per chamber) and gradients of a complete path.
 fn fill(
     study: &Study,
     request: &EvaluationRequest,
@@ -164,6 +183,7 @@ fn fill(
     mesh: &MappedMesh,
     analysis: &Analysis,
     stretch: Option<&StretchRow>,
+    gap: Option<&GapRow>,
     outcome: &mut Outcome,
 ) -> Result<(), StudyError> {
     let (step, x) = (request.step, &request.x);
@@ -172,8 +192,12 @@ fn fill(
     };
     outcome.objective = Some(objective_value(objective, &analysis.states, 0));
     let (mut values, mut gradients) = study.geometry_rows(step, x)?;
-    if let (Some(row), Some((value, _))) = (stretch, &analysis.stretch) {
-        values.push(value / row.limit - 1.0);
+    if let Some(row) = stretch {
+        values.extend(analysis.stretch.iter().map(|(v, _)| v / row.limit - 1.0));
+    }
+    if let Some(row) = gap {
+        let gaps = analysis.wall_gap.iter();
+        values.extend(gaps.map(|(gap, _)| (row.least - gap) / row.scale));
     }
     outcome.constraints = values;
     if !request.want_gradient {
@@ -185,9 +209,17 @@ fn fill(
     {
         outcome.gradient = Some(to_design(&nodes)?);
     }
-    if let (Some(row), Some((_, Some(nodes)))) = (stretch, &analysis.stretch) {
-        let gradient = to_design(nodes)?;
-        gradients.push(gradient.into_iter().map(|g| g / row.limit).collect());
+    if let Some(row) = stretch {
+        for nodes in analysis.stretch.iter().filter_map(|(_, d)| d.as_ref()) {
+            let gradient = to_design(nodes)?;
+            gradients.push(gradient.into_iter().map(|g| g / row.limit).collect());
+        }
+    }
+    if let Some(row) = gap {
+        for nodes in analysis.wall_gap.iter().filter_map(|(_, d)| d.as_ref()) {
+            let gradient = to_design(nodes)?;
+            gradients.push(gradient.into_iter().map(|g| -g / row.scale).collect());
+        }
     }
     outcome.constraint_gradients = Some(gradients);
     Ok(())

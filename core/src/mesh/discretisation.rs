@@ -132,4 +132,15 @@ pub struct Discretisation {
     pub tractions: Vec<Traction>,
     /// All boundary loops of the solid, for gaps, crossings and pictures: outlines first, then voids.
     pub boundary: Vec<BoundaryLoop>,
+    /// Region of each element, over all blocks in order, for limits that are stated part by part; empty: one region.
+    pub regions: Regions,
+}
+
+/// A partition of the solid that follows the elements, so that it does not change as nodes move.
+#[derive(Clone, Debug, Default)]
+pub struct Regions {
+    /// Number of regions.
+    pub count: usize,
+    /// Region per element, over all blocks in order.
+    pub of_element: Vec<u16>,
 }

@@ -7,7 +7,8 @@
 use std::collections::HashMap;
 
 use super::discretisation::{
-    BoundaryEdge, BoundaryLoop, Cavity, Discretisation, ElementBlock, ElementKind, Mesh, Support,
+    BoundaryEdge, BoundaryLoop, Cavity, Discretisation, ElementBlock, ElementKind, Mesh, Regions,
+    Support,
 };
 use super::quality;
 use crate::geometry::{
@@ -150,6 +151,8 @@ struct Builder<'a> {
     nodes: Vec<Point>,
     sources: Vec<NodeSource>,
     elements: ElementBlock,
+    /// Nearest chamber corner of each element, by lattice lines.
+    region: Vec<u16>,
 }
 
 impl<'a> Builder<'a> {
@@ -178,6 +181,7 @@ impl<'a> Builder<'a> {
                 material: vec![],
                 tag: vec![],
             },
+            region: vec![],
         }
     }
 
@@ -233,9 +237,17 @@ impl<'a> Builder<'a> {
     }
 
     fn add_units(&mut self) {
+        let mut first_region = 0;
         for unit in 0..self.actuator.units.len() {
             let pattern = self.pattern(unit);
             let plan = &self.plan.units[pattern];
+            let corners = self.corners(pattern);
+            let region = if self.plan.base.repeated {
+                0
+            } else {
+                first_region
+            };
+            first_region += corners.len();
             for column in 0..plan.columns.len() {
                 for row in 0..self.plan.rows.len() {
                     let open = plan.chambers.iter().any(|c| {
@@ -243,14 +255,22 @@ impl<'a> Builder<'a> {
                             && (c.rows[0]..c.rows[1]).contains(&row)
                     });
                     if !open {
-                        self.add_block(unit, column, row);
+                        self.add_block(unit, [column, row], &corners, region);
                     }
                 }
             }
         }
     }
 
-    fn add_block(&mut self, unit: usize, column: usize, row: usize) {
+    /// Adds the elements of a block. Each belongs to the region of the chamber corner that is fewest lattice lines away;
+    /// regions are counted from `region` in the order of `corners`.
+    fn add_block(
+        &mut self,
+        unit: usize,
+        [column, row]: [usize; 2],
+        corners: &[(usize, usize)],
+        region: usize,
+    ) {
         let pattern = self.pattern(unit);
         let n = self.order;
         let [i0, i1] = [0, 1].map(|k| self.columns[pattern].starts[column + k]);
@@ -279,6 +299,11 @@ impl<'a> Builder<'a> {
                 self.elements.material.push(unit as u16);
                 let tag = self.elements.tag.len() as u32;
                 self.elements.tag.push(tag);
+                let lines = |c: &(usize, usize)| {
+                    (2 * c.0).abs_diff(2 * i + n) + (2 * c.1).abs_diff(2 * j + n)
+                };
+                let nearest = (0..corners.len()).min_by_key(|k| lines(&corners[*k]));
+                self.region.push((region + nearest.unwrap_or(0)) as u16);
             }
         }
     }
@@ -338,9 +363,9 @@ impl<'a> Builder<'a> {
         outline
     }
 
-    /// The rim of a chamber with the chamber on its left, and for each edge whether it starts at a polygon corner.
-    fn rim(&self, unit: usize, chamber: usize) -> (Vec<BoundaryEdge>, Vec<bool>) {
-        let pattern = self.pattern(unit);
+    /// Lattice points of a chamber's rim, counter-clockwise from its lower left, and which of them are corners of the
+    /// polygon (`edge` that starts there).
+    fn rim_places(&self, pattern: usize, chamber: usize) -> Vec<((usize, usize), Option<usize>)> {
         let plan = &self.plan.units[pattern].chambers[chamber];
         let columns = &self.columns[pattern].starts;
         let [i0, i1] = plan.columns.map(|l| columns[l]);
@@ -348,25 +373,48 @@ impl<'a> Builder<'a> {
         let mut path: Vec<(usize, usize)> = (i0..i1).map(|i| (i, j0)).collect();
         path.extend((j0..j1).map(|j| (i1, j)));
         path.extend((i0 + 1..=i1).rev().map(|i| (i, j1)));
-        path.extend((j0..=j1).rev().map(|j| (i0, j)).take(j1 - j0 + 1));
-        let nodes: Vec<u32> = path.iter().map(|(i, j)| self.at(unit, *i, *j)).collect();
+        path.extend((j0 + 1..=j1).rev().map(|j| (i0, j)));
         // Stations are in the order of the rim's strip lines.
         let on_line = |(i, j): (usize, usize)| {
             columns.contains(&i) && (j == j0 || j == j1)
                 || self.rows.starts.contains(&j) && (i == i0 || i == i1)
         };
-        let mut station = 0;
-        let mut corners = vec![];
-        for (k, at) in path[..path.len() - 1].iter().enumerate() {
-            let mut corner = false;
-            if on_line(*at) {
-                corner = plan.ring[station].fraction == 0.0;
-                station += 1;
-            }
-            if k % self.order == 0 {
-                corners.push(corner);
-            }
-        }
+        let mut stations = plan.ring.iter();
+        path.into_iter()
+            .map(|at| {
+                let station = if on_line(at) { stations.next() } else { None };
+                let corner = station.filter(|s| s.fraction == 0.0).map(|s| s.edge);
+                (at, corner)
+            })
+            .collect()
+    }
+
+    /// Lattice points of all chamber corners of a unit, chamber by chamber in the order of the polygon.
+    fn corners(&self, pattern: usize) -> Vec<(usize, usize)> {
+        let chambers = self.plan.units[pattern].chambers.len();
+        (0..chambers)
+            .flat_map(|chamber| {
+                let mut corners: Vec<_> = self
+                    .rim_places(pattern, chamber)
+                    .into_iter()
+                    .filter_map(|(at, corner)| corner.map(|edge| (edge, at)))
+                    .collect();
+                corners.sort_unstable();
+                corners.into_iter().map(|(_, at)| at)
+            })
+            .collect()
+    }
+
+    /// The rim of a chamber with the chamber on its left, and for each edge whether it starts at a polygon corner.
+    fn rim(&self, unit: usize, chamber: usize) -> (Vec<BoundaryEdge>, Vec<bool>) {
+        let places = self.rim_places(self.pattern(unit), chamber);
+        let corners = places
+            .iter()
+            .step_by(self.order)
+            .map(|(_, corner)| corner.is_some())
+            .collect();
+        let closed = places.iter().chain(places.first());
+        let nodes: Vec<u32> = closed.map(|((i, j), _)| self.at(unit, *i, *j)).collect();
         (self.edges(&nodes), corners)
     }
 
@@ -417,6 +465,10 @@ impl<'a> Builder<'a> {
             cavities,
             tractions: vec![],
             boundary,
+            regions: Regions {
+                count: self.region.iter().max().map_or(0, |r| *r as usize + 1),
+                of_element: self.region,
+            },
         };
         (discretisation, self.sources)
     }

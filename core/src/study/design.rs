@@ -220,7 +220,8 @@ impl Study {
         })
     }
 
-    /// Number of constraint values of a step: of a finite-element model the geometric rows and the stretch row.
+    /// Number of constraint values of a step: of a finite-element model the geometric rows and, with a stretch limit,
+    /// one row per chamber corner, with a limit of the gap one per chamber.
     pub fn constraint_count(&self, step: usize) -> Result<usize, StudyError> {
         let s = self.step(step)?;
         match &s.constraints {
@@ -230,8 +231,11 @@ impl Study {
             } => Ok(inequalities + equalities),
             StepConstraints::Chambers(constraints) => {
                 let (body, _, _) = self.chambers(step)?;
-                let stretch = usize::from(body.stretch_limit(constraints).is_some());
-                Ok(self.geometric_rows(step)? + stretch)
+                let corners = body.actuator.boxes().common_start().len() / 2;
+                let stretch = body.stretch_limit(constraints).map_or(0, |_| corners);
+                let gaps = constraints.wall_gap.least_mm();
+                let gaps = gaps.map_or(0, |_| 2);
+                Ok(self.geometric_rows(step)? + stretch + gaps)
             }
         }
     }

@@ -109,7 +109,7 @@ fn paper() -> Value {
                 "contact": "auto"
             },
             "variables": {"parametrisation": "corners"},
-            "constraints": {"wall_mm": 2, "spike_deg": 3, "stretch": "off"},
+            "constraints": {"wall_mm": 2, "spike_deg": 3, "stretch": "off", "wall_gap_mm": "off"},
             "optimiser": {
                 "method": "mmfd",
                 "gradient": "differences",
@@ -148,7 +148,7 @@ fn asymmetric_bending() -> Value {
                 "spike_deg": 3,
                 "stretch": "material",
                 "stretch_length_mm": 0.5,
-                "walls_overlap": "fails"
+                "wall_gap_mm": 0.2
             },
             "optimiser": {
                 "method": "mmfd",

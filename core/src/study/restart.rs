@@ -178,7 +178,6 @@ impl RestartState {
     fn take(&mut self, study: &Study, outcomes: &[Outcome]) -> Result<Vec<Told>, StudyError> {
         let problem = study.problem(self.spec.step)?;
         let tolerance = study.step(self.spec.step)?.optimiser.violation_tolerance();
-        let fails = study.step(self.spec.step)?.overlap_fails();
         let lost = Outcome::without_values(OutcomeStatus::Lost);
         let pending = std::mem::take(&mut self.pending);
         let mut told = Vec::with_capacity(pending.len());
@@ -188,11 +187,7 @@ impl RestartState {
                 &self.history_sha256,
                 &HistoryEntry::new(self.spec.index, &request, &outcome),
             );
-            told.push(if fails && outcome.walls_overlap() {
-                Told::Failed
-            } else {
-                outcome.told()
-            });
+            told.push(outcome.told());
             self.plan_failed |= matches!(outcome.status, OutcomeStatus::InfeasibleGeometry { .. });
             let violation = problem.violation(&outcome.constraints);
             if let Some(objective) = outcome.objective

@@ -200,7 +200,7 @@ pub enum Parametrisation {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum StepConstraints {
-    /// Of finite-element models: spike rows, wall rows, then the stretch row.
+    /// Of finite-element models: spike rows, wall rows, then a stretch row per chamber corner and a gap row per chamber.
     Chambers(ChamberConstraints),
     /// Of command models: how many values the program gives.
     Counts {
@@ -222,19 +222,28 @@ pub struct ChamberConstraints {
     pub stretch: StretchLimit,
     /// Radius of the disc over which the stretch is averaged.
     pub stretch_length_mm: f64,
-    /// What a design whose walls cross is to the optimiser. It never counts as best.
-    pub walls_overlap: OverlapPolicy,
+    /// Least gap between facing walls of a chamber.
+    #[serde(rename = "wall_gap_mm")]
+    pub wall_gap: WallGap,
 }
 
-/// What a design whose walls cross (a corner that folds apart) is to the optimiser.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum OverlapPolicy {
-    /// A design like any other.
-    #[default]
-    Feeds,
-    /// A failed evaluation, from which it backs off.
-    Fails,
+/// Limit of the gap between facing walls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WallGap {
+    /// Least gap, mm.
+    Least(f64),
+    /// None.
+    Off,
+}
+
+impl WallGap {
+    /// The least gap, mm; `None` where it is off.
+    pub fn least_mm(self) -> Option<f64> {
+        match self {
+            Self::Least(gap) => Some(gap),
+            Self::Off => None,
+        }
+    }
 }
 
 /// Limit of the averaged principal stretch.
@@ -287,13 +296,6 @@ impl Study {
     pub fn document(&self) -> Value {
         // The types hold nothing that JSON cannot express: finite numbers, text keys.
         serde_json::to_value(self).unwrap_or_default()
-    }
-}
-
-impl StudyStep {
-    /// Whether a design whose walls cross is a failed evaluation to the optimiser.
-    pub fn overlap_fails(&self) -> bool {
-        matches!(&self.constraints, StepConstraints::Chambers(c) if c.walls_overlap == OverlapPolicy::Fails)
     }
 }
 
@@ -353,6 +355,15 @@ impl Serialize for StretchLimit {
         match self {
             Self::Material => serializer.serialize_str("material"),
             Self::Value(limit) => serializer.serialize_f64(*limit),
+            Self::Off => serializer.serialize_str("off"),
+        }
+    }
+}
+
+impl Serialize for WallGap {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Least(gap) => serializer.serialize_f64(*gap),
             Self::Off => serializer.serialize_str("off"),
         }
     }

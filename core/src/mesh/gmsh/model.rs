@@ -7,7 +7,7 @@ use super::read::read;
 use super::solid::solid;
 use crate::fault::Faults;
 use crate::material::MaterialLaw;
-use crate::mesh::{Discretisation, ElementKind};
+use crate::mesh::{Discretisation, ElementKind, Regions};
 use crate::scene::{ElementChoice, MeshFileBody};
 
 /// A mesh file, ready for assembly, with the way back to the file's nodes.
@@ -128,6 +128,7 @@ pub(super) fn build(
             cavities,
             tractions,
             boundary: loops,
+            regions: Regions::default(),
         },
         laws,
         origins: solid.origins,

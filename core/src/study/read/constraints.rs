@@ -2,13 +2,12 @@
 
 use super::study::DEFAULT_WALL_MM;
 use crate::document::{Node, Object};
-use crate::study::spec::{
-    ChamberConstraints, OverlapPolicy, StepConstraints, StretchLimit, StudyBody,
-};
+use crate::study::spec::{ChamberConstraints, StepConstraints, StretchLimit, StudyBody, WallGap};
 
 const MAX_CONSTRAINTS: usize = 100_000;
 const DEFAULT_SPIKE_DEG: f64 = 3.0;
 const DEFAULT_STRETCH_LENGTH_MM: f64 = 0.5;
+const DEFAULT_WALL_GAP_MM: f64 = 0.2;
 
 /// Reads `constraints` of a program.
 pub fn read_counts(node: &Node<'_>) -> Option<StepConstraints> {
@@ -34,7 +33,7 @@ pub fn read_chamber_constraints(
             spike_deg: DEFAULT_SPIKE_DEG,
             stretch: StretchLimit::Material,
             stretch_length_mm: DEFAULT_STRETCH_LENGTH_MM,
-            walls_overlap: OverlapPolicy::default(),
+            wall_gap: WallGap::Least(DEFAULT_WALL_GAP_MM),
         };
         let complaint = stretch_complaint(&constraints, wall, has_limit);
         if let Some((_, message)) = complaint {
@@ -48,7 +47,7 @@ pub fn read_chamber_constraints(
         "spike_deg",
         "stretch",
         "stretch_length_mm",
-        "walls_overlap",
+        "wall_gap_mm",
     ])?;
     let wall_mm = object.or("wall_mm", wall, Node::positive);
     let spike_deg = object.or("spike_deg", DEFAULT_SPIKE_DEG, |n| n.number_in(0.1, 60.0));
@@ -58,18 +57,17 @@ pub fn read_chamber_constraints(
         DEFAULT_STRETCH_LENGTH_MM,
         Node::positive,
     );
-    let overlap = object.or("walls_overlap", OverlapPolicy::default(), |n| {
-        n.choice(&[
-            ("feeds", OverlapPolicy::Feeds),
-            ("fails", OverlapPolicy::Fails),
-        ])
-    });
+    let gap = object.or(
+        "wall_gap_mm",
+        WallGap::Least(DEFAULT_WALL_GAP_MM),
+        read_wall_gap,
+    );
     let constraints = ChamberConstraints {
         wall_mm: wall_mm?,
         spike_deg: spike_deg?,
         stretch: stretch?,
         stretch_length_mm: length?,
-        walls_overlap: overlap?,
+        wall_gap: gap?,
     };
     if let Some((field, message)) = stretch_complaint(&constraints, wall, has_limit) {
         object.fault(field, message);
@@ -92,6 +90,23 @@ fn read_stretch(node: &Node<'_>) -> Option<StretchLimit> {
                 &format!("a stretch limit is above 1 and at most 100, found {limit}"),
             )?;
             Some(StretchLimit::Value(limit))
+        }
+    }
+}
+
+fn read_wall_gap(node: &Node<'_>) -> Option<WallGap> {
+    match node.value().as_str() {
+        Some("off") => Some(WallGap::Off),
+        Some(other) => node.fault(format!(
+            "expected \"off\" or a number above 0, found \"{other}\""
+        )),
+        None => {
+            let gap = node.number()?;
+            node.expect(
+                gap > 0.0 && gap <= 3.0,
+                &format!("a least gap is above 0 and at most 3 mm, found {gap}"),
+            )?;
+            Some(WallGap::Least(gap))
         }
     }
 }

@@ -1,0 +1,99 @@
+use serde_json::{Value, json};
+
+use super::evaluate;
+use crate::equilibrium::Unobserved;
+use crate::optimiser::AskKind;
+use crate::scene::Orientation;
+use crate::study::{EvaluationRequest, Outcome, OutcomeStatus, Study, read_study};
+
+/// One unit under a strong pressure; the upper chamber is low enough for its walls to come near.
+fn study(document: &Value) -> Study {
+    read_study(document, true).unwrap_or_else(|faults| panic!("{faults}"))
+}
+
+fn document() -> Value {
+    json!({
+        "preset": "asymmetric-bending",
+        "actuator": {"units": 1},
+        "material": "mold-star-30-soft",
+        "actuation": {"schedule": "hold", "pressure_kpa": 15, "load_steps_per_leg": 2},
+        "step": [{
+            "id": "three-units",
+            "level": 1,
+            "target": {"kind": "enclosed_area", "probe_mm": [80, 40], "orientation": "clockwise"},
+            "model": {
+                "kind": "fe_cascade",
+                "element": "quad9",
+                "max_size_mm": 5,
+                "relative_residual_force_tolerance": 1e-11
+            },
+            "variables": {"parametrisation": "corners"},
+            "constraints": {"stretch": 1.5, "wall_gap_mm": 0.2},
+            "optimiser": {"method": "mmfd"},
+            "restarts": {"start": ["paper"]}
+        }]
+    })
+}
+
+/// A slanted lower chamber above whose thin wall a low, non-convex upper one is squeezed.
+const DESIGN: [f64; 16] = [
+    20.0, 3.0, 61.0, 2.5, 58.0, 38.5, 24.0, 39.0, //
+    22.0, 41.5, 64.0, 43.0, 59.0, 60.5, 38.0, 63.0,
+];
+
+fn at(study: &Study, x: &[f64], want_gradient: bool) -> Outcome {
+    let request = EvaluationRequest {
+        step: 0,
+        kind: AskKind::Trial,
+        iteration: 0,
+        plan_base: Some(DESIGN.to_vec()),
+        x: x.to_vec(),
+        want_gradient,
+        orientation: Some(Orientation::Clockwise),
+    };
+    let outcome = evaluate(study, &request, &mut Unobserved);
+    assert_eq!(outcome.status, OutcomeStatus::Ok);
+    outcome
+}
+
+#[test]
+fn gradients_of_objective_and_limits_match_differences() {
+    let study = study(&document());
+    let outcome = at(&study, &DESIGN, true);
+    let rows = outcome.constraint_gradients.expect("rows");
+    let gaps = &outcome.constraints[outcome.constraints.len() - 2..];
+    assert!(
+        gaps.iter().any(|g| *g > -1.0),
+        "a gap that matters: {gaps:?}"
+    );
+    // Three directions that move every corner.
+    for k in 0..3 {
+        let direction: Vec<f64> = (0..16)
+            .map(|i| (1.3 * f64::from(i) * f64::from(k + 1) + f64::from(k)).sin())
+            .collect();
+        let h = 1e-4;
+        let shifted = |s: f64| {
+            let x: Vec<f64> = DESIGN
+                .iter()
+                .zip(&direction)
+                .map(|(x, d)| x + s * d)
+                .collect();
+            let outcome = at(&study, &x, false);
+            let mut values = outcome.constraints;
+            values.push(outcome.objective.expect("an objective"));
+            values
+        };
+        let (a, b, c, d) = (shifted(-2.0 * h), shifted(-h), shifted(h), shifted(2.0 * h));
+        let gradient = outcome.gradient.as_ref().expect("a gradient");
+        for (i, row) in rows.iter().chain([gradient]).enumerate() {
+            // Fourth order, so that truncation stays below the bound.
+            let difference = (a[i] - 8.0 * b[i] + 8.0 * c[i] - d[i]) / (12.0 * h);
+            let exact: f64 = row.iter().zip(&direction).map(|(g, d)| g * d).sum();
+            let size: f64 = row.iter().map(|g| g.abs()).sum();
+            assert!(
+                (difference - exact).abs() <= 1e-7 * size.max(1e-6),
+                "row {i}, direction {k}: {difference} against {exact}"
+            );
+        }
+    }
+}
