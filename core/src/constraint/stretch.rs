@@ -8,15 +8,20 @@
 //! and each region of the solid (the surroundings of one chamber corner) has the smooth maximum
 //! (Kreisselmeier-Steinhauser)
 //!
-//! KS = ln( sum_i w_i exp(rho m_i) / (pi r^2) ) / rho,
+//! KS = ln( sum_i w_i exp(rho m_i) / (pi (r/4)^2) ) / rho,
 //!
-//! so that an optimiser sees every corner that is near its limit, not only the hottest. It exceeds the true maximum where an area larger than the disc is as hot, and falls below it where a smaller one is.
+//! so that an optimiser sees every corner that is near its limit, not only the hottest. It exceeds the true maximum where an
+//! area larger than that spot is as hot, and falls below it where a smaller one is.
+//!
 //! In plane strain the in-plane stretches l1 >= l2 satisfy l1 + l2 = sqrt(s + 2 J), l1 - l2 = sqrt(s - 2 J), s = F:F.
 
 use crate::assembly::{PointSensitivity, System};
 
 /// Sharpness of the smooth maximum: an area e times the disc's raises it by 1 / RHO.
 pub const RHO: f64 = 100.0;
+/// Radius of the spot, as a part of the disc's, that the smooth maximum takes to be as hot as the largest value: what is seen
+/// at re-entrant corners, where the average falls by 1 / RHO over such a distance.
+const HOT_SPOT: f64 = 0.25;
 /// Smooths the larger stretch where both are equal.
 const EPSILON: f64 = 1e-6;
 
@@ -164,11 +169,11 @@ impl StretchMeasure {
         for ((m, r), w) in state.averaged.iter().zip(&self.region).zip(&self.area) {
             sum[*r as usize] += w * (RHO * (m - largest[*r as usize])).exp();
         }
-        let disc = std::f64::consts::PI * self.radius * self.radius;
+        let spot = std::f64::consts::PI * (HOT_SPOT * self.radius).powi(2);
         largest
             .iter()
             .zip(&sum)
-            .map(|(l, s)| l + (s / disc).ln() / RHO)
+            .map(|(l, s)| l + (s / spot).ln() / RHO)
             .collect()
     }
 
@@ -180,14 +185,14 @@ impl StretchMeasure {
         smooth: f64,
     ) -> Vec<PointSensitivity> {
         let n = self.at.len();
-        let disc = std::f64::consts::PI * self.radius * self.radius;
+        let spot = std::f64::consts::PI * (HOT_SPOT * self.radius).powi(2);
         let mut out = vec![PointSensitivity::default(); n];
         let mut d_stretch = vec![0.0; n];
         for i in 0..n {
             if self.region[i] as usize != region {
                 continue;
             }
-            let share = self.area[i] / disc * (RHO * (state.averaged[i] - smooth)).exp();
+            let share = self.area[i] / spot * (RHO * (state.averaged[i] - smooth)).exp();
             // Points that cannot be seen in double precision are left out.
             if share < 1e-18 {
                 continue;
