@@ -264,6 +264,11 @@ impl<'a> Path<'a> {
             .map_err(PathEnd::NotConverged)?;
             match outcome {
                 Converged::Yes { residual, least_j } => {
+                    // The independent pressures lag behind p(u) by a square of the last step times K: the tangent of the
+                    // state itself has p(u).
+                    observer.enter(Phase::Assembly);
+                    self.system
+                        .assemble(&mut self.state, &load_now, true, true, &mut self.vectors);
                     observer.enter(Phase::Factorisation);
                     self.factorise_accepted();
                     self.fraction = target;

@@ -47,7 +47,7 @@ const SHIFTED_ITERATIONS: usize = 10;
 
 /// What one Newton solve gave.
 pub(super) enum Converged {
-    /// Accepted: relative residual, smallest J. The tangent of the state is in the workspace.
+    /// Accepted: relative residual, smallest J.
     Yes { residual: f64, least_j: f64 },
     /// Not accepted.
     No { residual: f64, iterations: usize },

@@ -16,6 +16,9 @@ use faer::{Conj, MatMut, Side, Spec};
 /// Merging of small supernodes; faer's own choice is 3-4 times slow on systems of this size.
 const RELAX: [(usize, f64); 4] = [(8, 1.0), (32, 0.8), (96, 0.2), (usize::MAX, 0.08)];
 
+/// Right-hand sides that are solved together.
+const MOST_COLUMNS: usize = 4;
+
 /// The symbolic analysis failed (out of memory, index overflow).
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("failed to analyse a system of {unknowns} unknowns: {detail}")]
@@ -83,7 +86,7 @@ impl Solver {
         let need = symbolic
             .factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default())
             .or(symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Spec::default()))
-            .or(symbolic.solve_in_place_scratch::<f64>(3, Par::Seq));
+            .or(symbolic.solve_in_place_scratch::<f64>(MOST_COLUMNS, Par::Seq));
         let scratch = MemBuffer::try_new(need).map_err(|_| failed("out of memory".to_owned()))?;
         Ok(Self {
             values: vec![0.0; symbolic.len_val()],
@@ -195,9 +198,17 @@ impl Solver {
         negative
     }
 
-    /// Solves in place for `columns` right-hand sides, at most 3, stored one after the other.
+    /// Solves in place for `columns` right-hand sides, stored one after the other.
     pub fn solve(&mut self, rhs: &mut [f64], columns: usize) {
         let n = self.symbolic.nrows();
+        for part in rhs[..n * columns].chunks_mut(n * MOST_COLUMNS) {
+            self.solve_together(part);
+        }
+    }
+
+    fn solve_together(&mut self, rhs: &mut [f64]) {
+        let n = self.symbolic.nrows();
+        let columns = rhs.len() / n;
         let rhs = MatMut::from_column_major_slice_mut(rhs, n, columns);
         let stack = MemStack::new(&mut self.scratch);
         match self.factor {

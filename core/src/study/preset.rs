@@ -151,11 +151,9 @@ fn asymmetric_bending() -> Value {
                 "wall_gap_mm": 0.2
             },
             "optimiser": {
-                "method": "mmfd",
+                "method": "gcmma",
                 "gradient": "model",
-                "first_objective_change": 1.0,
-                "first_move": 0.1,
-                "max_iterations": 20
+                "max_iterations": 16
             },
             "restarts": {"start": ["paper", "random"], "count": 3, "seed": 1}
         }]

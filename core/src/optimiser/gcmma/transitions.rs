@@ -36,6 +36,10 @@ const BEYOND: f64 = 1.1;
 const MOST_GROWTH: f64 = 10.0;
 /// A trial need not be conservative where it brings this share of what was expected.
 const ENOUGH: f64 = 0.1;
+/// A trial may violate constraints by this much at first, and by so much less at each iteration: returning to the boundary
+/// exactly at every step costs more evaluations than it brings.
+const FIRST_BAND: f64 = 0.05;
+const BAND_SHRINKS: f64 = 0.8;
 /// Rounding in scaled values.
 const ROUNDING: f64 = 1e-9;
 /// A variable this close to a bound, in units of the asymptotes' distance, is at it.
@@ -396,12 +400,14 @@ impl Gcmma {
         let Some(iterate) = &self.iterate else {
             return true;
         };
-        if iterate.violation > tolerance {
-            return point.violation <= tolerance
-                || point.violation < (1.0 - ENOUGH) * iterate.violation;
+        if iterate.violation > tolerance
+            && (point.violation <= tolerance
+                || point.violation < (1.0 - ENOUGH) * iterate.violation)
+        {
+            return true;
         }
-        point.violation <= tolerance
-            && (excess[0] <= ROUNDING || found < ENOUGH * expected.min(0.0))
+        let band = tolerance.max(FIRST_BAND * BAND_SHRINKS.powi(self.iteration as i32));
+        point.violation <= band && (excess[0] <= ROUNDING || found < ENOUGH * expected.min(0.0))
     }
 
     fn trial_failed(&mut self, trial: Trial) {
