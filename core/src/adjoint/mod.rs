@@ -76,7 +76,9 @@ pub fn of_functionals(
     let mut rhs = vec![0.0; n * functionals.len()];
     for (functional, part) in functionals.iter().zip(rhs.chunks_mut(n)) {
         system.dofs.gather(&functional.u, part);
-        part.iter_mut().for_each(|v| *v = -*v);
+        for v in part {
+            *v = -*v;
+        }
     }
     if !functionals.is_empty() {
         accepted.solver.solve(&mut rhs, functionals.len());

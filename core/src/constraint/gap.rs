@@ -13,7 +13,6 @@
 //! along 1 mm has G = 0; a longer contact lowers it by ln(length) / rho.
 
 use super::walls::FOLD_MM;
-use crate::adjoint::Functional;
 use crate::force::edge;
 use crate::mesh::BoundaryLoop;
 
@@ -75,6 +74,14 @@ pub struct VoidGap {
     terms: Vec<Term>,
 }
 
+/// Derivatives of a gap with respect to nodal displacements and to nodal positions.
+pub struct NodalDerivative {
+    /// dG/du.
+    pub u: Vec<[f64; 2]>,
+    /// dG/dX at fixed u.
+    pub x: Vec<[f64; 2]>,
+}
+
 impl Gaps {
     /// Samples the loops of voids (solid on the left) in the reference shape `x`.
     pub fn new<'a>(voids: impl Iterator<Item = &'a BoundaryLoop>, x: &[[f64; 2]]) -> Self {
@@ -94,7 +101,7 @@ impl Gaps {
     }
 
     /// The derivative of a void's gap.
-    pub fn derivative(&self, void: usize, gap: &VoidGap, x: &[[f64; 2]]) -> Functional {
+    pub fn derivative(&self, void: usize, gap: &VoidGap, x: &[[f64; 2]]) -> NodalDerivative {
         self.rims[void].derivative(gap, x)
     }
 }
@@ -266,9 +273,9 @@ impl Rim {
         }
     }
 
-    fn derivative(&self, void: &VoidGap, x: &[[f64; 2]]) -> Functional {
+    fn derivative(&self, void: &VoidGap, x: &[[f64; 2]]) -> NodalDerivative {
         let n = self.vertices.len();
-        let mut out = Functional {
+        let mut out = NodalDerivative {
             u: vec![[0.0; 2]; x.len()],
             x: vec![[0.0; 2]; x.len()],
         };

@@ -3,7 +3,7 @@
 use super::analysis::Wanted;
 use crate::adjoint::{self, Functional, NodeGradient};
 use crate::assembly::System;
-use crate::constraint::gap::{Gaps, RHO_GAP};
+use crate::constraint::gap::{Gaps, NodalDerivative, RHO_GAP};
 use crate::constraint::stretch::{RHO, StretchMeasure, StretchState};
 use crate::equilibrium::AcceptedState;
 
@@ -71,7 +71,8 @@ impl Limits {
             for (void, gap) in voids.iter().enumerate() {
                 let channel = system.body.cavities[void].channel;
                 if self.gradients && self.closest[channel].matters(-gap.gap) {
-                    functionals.push(gaps.derivative(void, gap, x));
+                    let NodalDerivative { u, x } = gaps.derivative(void, gap, x);
+                    functionals.push(Functional { u, x });
                     owners.push(values.len());
                 }
                 values.push((Limit::Gap(channel), gap.gap));

@@ -1,6 +1,7 @@
 //! One evaluation of a study: design variables in, objective, constraints and their gradients out.
 
 use super::analysis::{Analysis, Wanted, analyse};
+use super::limits::Extremum;
 use super::scene::{combine_gradient, mesh_actuator, objective_value, overlap_report};
 use crate::adjoint::NodeGradient;
 use crate::equilibrium::{NotConverged, Observer, PathEnd, Settings};
@@ -27,38 +28,48 @@ pub fn evaluate(
     }
 }
 
-/// What the limits of a step ask of an analysis.
-struct StretchRow {
-    limit: f64,
-    radius: f64,
+/// The limits of a step and their rows: stretch / limit - 1 per chamber corner, then (least gap - gap) / wall per chamber,
+/// both of order one.
+struct LimitRows {
+    /// Limit of the stretch and radius of its averaging discs, mm.
+    stretch: Option<(f64, f64)>,
+    /// Least gap and least wall, mm.
+    gap: Option<(f64, f64)>,
 }
 
-fn stretch_row(study: &Study, step: usize) -> Result<Option<StretchRow>, StudyError> {
-    let (Some(body), StepConstraints::Chambers(constraints)) =
-        (&study.body, &study.step(step)?.constraints)
-    else {
-        return Ok(None);
-    };
-    Ok(body.stretch_limit(constraints).map(|limit| StretchRow {
-        limit,
-        radius: constraints.stretch_length_mm,
-    }))
-}
+impl LimitRows {
+    fn new(study: &Study, step: usize) -> Result<Self, StudyError> {
+        let (Some(body), StepConstraints::Chambers(constraints)) =
+            (&study.body, &study.step(step)?.constraints)
+        else {
+            return Err(StudyError::NoChambers { step });
+        };
+        let limit = body.stretch_limit(constraints);
+        let gap = constraints.wall_gap.least_mm();
+        Ok(Self {
+            stretch: limit.map(|limit| (limit, constraints.stretch_length_mm)),
+            gap: gap.map(|least| (least, constraints.wall_mm)),
+        })
+    }
 
-/// The row (least - gap) / scale per chamber: the wall thickness makes it of order one.
-struct GapRow {
-    least: f64,
-    scale: f64,
-}
-
-fn gap_row(study: &Study, step: usize) -> Result<Option<GapRow>, StudyError> {
-    let StepConstraints::Chambers(constraints) = &study.step(step)?.constraints else {
-        return Ok(None);
-    };
-    Ok(constraints.wall_gap.least_mm().map(|least| GapRow {
-        least,
-        scale: constraints.wall_mm,
-    }))
+    /// Each row's value, its nodes' derivative and the factor of that.
+    fn of<'a>(
+        &self,
+        analysis: &'a Analysis,
+    ) -> impl Iterator<Item = (f64, Option<&'a NodeGradient>, f64)> {
+        let stretch = self.stretch.map(|(limit, _)| {
+            let row = move |(v, d): &'a Extremum| (v / limit - 1.0, d.as_ref(), 1.0 / limit);
+            analysis.stretch.iter().map(row)
+        });
+        let gap = self.gap.map(|(least, wall)| {
+            let row = move |(v, d): &'a Extremum| ((least - v) / wall, d.as_ref(), -1.0 / wall);
+            analysis.wall_gap.iter().map(row)
+        });
+        stretch
+            .into_iter()
+            .flatten()
+            .chain(gap.into_iter().flatten())
+    }
 }
 
 fn attempt(
@@ -101,12 +112,11 @@ fn attempt(
         return infeasible("the tip lies in a chamber".to_owned());
     };
     let probe = ProbePoint::new(&body.mesh, place.block, place.element, place.local);
-    let stretch = stretch_row(study, step)?;
-    let gap_row = gap_row(study, step)?;
+    let limits = LimitRows::new(study, step)?;
     let wanted = Wanted {
         probe_gradient: request.want_gradient.then_some(0),
-        stretch_radius: stretch.as_ref().map(|s| s.radius),
-        wall_gaps: gap_row.is_some(),
+        stretch_radius: limits.stretch.map(|(_, radius)| radius),
+        wall_gaps: limits.gap.is_some(),
         limit_gradients: request.want_gradient,
         walls: true,
         gaps: false,
@@ -146,8 +156,7 @@ fn attempt(
             &scene,
             &mesh,
             &analysis,
-            stretch.as_ref(),
-            gap_row.as_ref(),
+            &limits,
             &mut outcome,
         )?;
     }
@@ -175,15 +184,14 @@ fn status(analysis: &Analysis) -> OutcomeStatus {
     }
 }
 
-/// Objective, constraints (geometric rows, a stretch row per chamber corner, a gap row per chamber) and gradients of a complete path.
+/// Objective, constraints (geometric rows, then those of the limits) and gradients of a complete path.
 fn fill(
     study: &Study,
     request: &EvaluationRequest,
     scene: &Scene,
     mesh: &MappedMesh,
     analysis: &Analysis,
-    stretch: Option<&StretchRow>,
-    gap: Option<&GapRow>,
+    limits: &LimitRows,
     outcome: &mut Outcome,
 ) -> Result<(), StudyError> {
     let (step, x) = (request.step, &request.x);
@@ -192,13 +200,7 @@ fn fill(
     };
     outcome.objective = Some(objective_value(objective, &analysis.states, 0));
     let (mut values, mut gradients) = study.geometry_rows(step, x)?;
-    if let Some(row) = stretch {
-        values.extend(analysis.stretch.iter().map(|(v, _)| v / row.limit - 1.0));
-    }
-    if let Some(row) = gap {
-        let gaps = analysis.wall_gap.iter();
-        values.extend(gaps.map(|(gap, _)| (row.least - gap) / row.scale));
-    }
+    values.extend(limits.of(analysis).map(|(value, ..)| value));
     outcome.constraints = values;
     if !request.want_gradient {
         return Ok(());
@@ -209,17 +211,10 @@ fn fill(
     {
         outcome.gradient = Some(to_design(&nodes)?);
     }
-    if let Some(row) = stretch {
-        for nodes in analysis.stretch.iter().filter_map(|(_, d)| d.as_ref()) {
-            let gradient = to_design(nodes)?;
-            gradients.push(gradient.into_iter().map(|g| g / row.limit).collect());
-        }
-    }
-    if let Some(row) = gap {
-        for nodes in analysis.wall_gap.iter().filter_map(|(_, d)| d.as_ref()) {
-            let gradient = to_design(nodes)?;
-            gradients.push(gradient.into_iter().map(|g| -g / row.scale).collect());
-        }
+    for (_, nodes, factor) in limits.of(analysis) {
+        let Some(nodes) = nodes else { continue };
+        let gradient = to_design(nodes)?;
+        gradients.push(gradient.into_iter().map(|g| factor * g).collect());
     }
     outcome.constraint_gradients = Some(gradients);
     Ok(())

@@ -76,7 +76,7 @@ fn a_preset_is_overridden_field_by_field() {
         body.actuation.rows_kpa =
             crate::actuation::ActuationCycle::named_rows("hold", 10.0).expect("known");
     }
-    if let OptimiserOptions::Mmfd(options) = &mut expected.steps[0].optimiser {
+    if let OptimiserOptions::Gcmma(options) = &mut expected.steps[0].optimiser {
         options.max_iterations = 3;
     }
     expected.steps[0].restarts = spec::Restarts {
