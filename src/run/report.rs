@@ -250,13 +250,19 @@ fn limits(study: &Study, step: usize) -> String {
             )
         },
     );
+    let gap = constraints
+        .wall_gap
+        .least_mm()
+        .map_or_else(String::new, |gap| {
+            format!("facing walls \u{2265} {gap} mm apart at every state; ")
+        });
     let material = body
         .material
         .record
         .as_deref()
         .unwrap_or("given by the study");
     format!(
-        "limits: {stretch}; walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; no overlapping walls, no negative pivots; load margin off; material {material}",
+        "limits: {stretch}; walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; {gap}no overlapping walls, no negative pivots; load margin off; material {material}",
         constraints.wall_mm, constraints.spike_deg
     )
 }

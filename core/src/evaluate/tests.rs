@@ -2,8 +2,6 @@ use serde_json::{Value, json};
 
 use super::evaluate;
 use crate::equilibrium::Unobserved;
-use crate::optimiser::AskKind;
-use crate::scene::Orientation;
 use crate::study::{EvaluationRequest, Outcome, OutcomeStatus, Study, read_study};
 
 /// One unit under a strong pressure; the upper chamber is low enough for its walls to come near.
@@ -42,15 +40,16 @@ const DESIGN: [f64; 16] = [
 ];
 
 fn at(study: &Study, x: &[f64], want_gradient: bool) -> Outcome {
-    let request = EvaluationRequest {
-        step: 0,
-        kind: AskKind::Trial,
-        iteration: 0,
-        plan_base: Some(DESIGN.to_vec()),
-        x: x.to_vec(),
-        want_gradient,
-        orientation: Some(Orientation::Clockwise),
-    };
+    let request: EvaluationRequest = serde_json::from_value(json!({
+        "step": 0,
+        "kind": "trial",
+        "iteration": 0,
+        "plan_base": DESIGN,
+        "x": x,
+        "want_gradient": want_gradient,
+        "orientation": "clockwise",
+    }))
+    .expect("a request");
     let outcome = evaluate(study, &request, &mut Unobserved);
     assert_eq!(outcome.status, OutcomeStatus::Ok);
     outcome
