@@ -2,6 +2,7 @@
 
 mod client;
 mod command;
+mod converge;
 mod curve;
 mod failure;
 mod gradient;
@@ -57,6 +58,8 @@ enum Verb {
     Run(run::Run),
     /// The coordinator
     Serve(serve::Serve),
+    /// Error against run time of a scene: meshes, elements, tolerances, load steps
+    Converge(converge::Converge),
     /// Workers for a coordinator
     Work(work::Work),
     /// Submits a study to a coordinator
@@ -91,6 +94,7 @@ fn main() -> ExitCode {
     let ended = match arguments.verb {
         Verb::Solve(verb) => verb.run(output),
         Verb::Gradient(verb) => verb.run(output),
+        Verb::Converge(verb) => verb.run(output),
         Verb::New(verb) => verb.run(output),
         Verb::Run(verb) => verb.run(output),
         Verb::Serve(verb) => verb.run(output),

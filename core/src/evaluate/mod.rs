@@ -2,12 +2,14 @@
 
 pub mod analysis;
 mod answer;
+mod converge;
 mod gradient;
 mod limits;
 mod scene;
 mod study;
 
 pub use answer::{LeftOut, SceneAnswer, SceneStatus};
+pub use converge::{CannotConverge, Clock, Convergence, Family, Reference, Run, Setting, converge};
 pub use gradient::{CheckLine, Difference, GradientAnswer, check_bound, check_gradient};
 pub use scene::{SceneOptions, SceneSolution, solve_scene};
 pub use study::evaluate;
