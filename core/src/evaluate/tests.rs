@@ -1,7 +1,10 @@
+use std::path::Path;
+
 use serde_json::{Value, json};
 
-use super::evaluate;
+use super::{SceneOptions, SceneStatus, evaluate, solve_scene};
 use crate::equilibrium::Unobserved;
+use crate::scene::read_scene;
 use crate::study::{EvaluationRequest, Outcome, OutcomeStatus, Study, read_study};
 
 /// One unit under a strong pressure; the upper chamber is low enough for its walls to come near.
@@ -95,4 +98,42 @@ fn gradients_of_objective_and_limits_match_differences() {
             );
         }
     }
+}
+
+/// Newton iterations and factorisations of named scenes, as last seen. A change of more than 5 % is worth a look: for the
+/// better, pin the new counts; for the worse, say why.
+#[test]
+fn work_of_named_scenes_is_as_pinned() {
+    let pinned = [
+        ("void-1x1", SceneStatus::Ok, [80, 121]),
+        ("chambers-40x15", SceneStatus::Ok, [80, 121]),
+        ("chambers-20x35", SceneStatus::Ok, [115, 156]),
+        ("chambers-60x25", SceneStatus::Ok, [120, 161]),
+        ("slanted", SceneStatus::Ok, [121, 162]),
+        ("bellows-40x37", SceneStatus::Ok, [109, 143]),
+        ("bellows-50x37", SceneStatus::Ok, [166, 212]),
+        ("trapezia-wide-inside", SceneStatus::Ok, [191, 283]),
+        ("buckling-64x22", SceneStatus::Ok, [208, 264]),
+        ("thin-76x37", SceneStatus::NoEquilibrium, [287, 436]),
+    ];
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
+    let mut wrong = Vec::new();
+    for (name, status, counts) in pinned {
+        let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).expect("a scene");
+        let document = serde_json::from_str(&text).expect("JSON");
+        let scene = read_scene(&document, &folder).unwrap_or_else(|faults| panic!("{faults}"));
+        let answer = solve_scene(&scene, &SceneOptions::default(), &mut Unobserved)
+            .unwrap_or_else(|faults| panic!("{faults}"))
+            .answer;
+        let work = &answer.work.path;
+        let found = [work.newton_iterations, work.factorisations];
+        let near = |(a, b): (&usize, &usize)| a.abs_diff(*b) as f64 <= 0.05 * *b as f64;
+        if answer.status != status || !found.iter().zip(&counts).all(near) {
+            wrong.push(format!(
+                "{name}: {:?} {found:?}, pinned {counts:?}",
+                answer.status
+            ));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("; "));
 }
