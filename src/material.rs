@@ -2,6 +2,7 @@
 
 use clap::{Args, Subcommand};
 use salp_core::material::records::{MaterialRecord, RECORDS, find};
+use salp_core::material::stability::{SEARCHED_STRETCH, Stability};
 use salp_core::scene::material_document;
 use serde_json::{Value, json};
 
@@ -55,7 +56,8 @@ fn document(record: &MaterialRecord) -> Value {
         "convention": record.convention(),
         "shear_modulus_mpa": record.law.shear_modulus_mpa(),
         "source": record.source,
-        "fit_stretch": record.fit_stretch,
+        "fit_stretch": record.law.fit_stretch,
+        "stable_to_stretch": Stability::of(&record.law),
         "elongation_at_break": record.elongation_at_break,
         "stretch_limit": record.stretch_limit(),
     })
@@ -69,24 +71,48 @@ fn list() -> String {
                 record.name.to_owned(),
                 number(Some(record.law.shear_modulus_mpa())),
                 number(record.stretch_limit()),
+                stable_to(
+                    Stability::of(&record.law)
+                        .lost_in_plane_strain()
+                        .map(|(_, l)| l),
+                ),
             ]
         })
         .collect();
-    table(&["record", "mu (MPa)", "stretch limit"], &rows)
+    table(&["record", "mu (MPa)", "stretch limit", "stable to"], &rows)
 }
 
 fn text(record: &MaterialRecord) -> String {
     format!(
-        "{}\nlaw (MPa)      {}\nconvention     {}\nmu             {} MPa\nstretch limit  {}\nfit to stretch {}\nbreaks at      {}\nsource         {}",
+        "{}\nlaw (MPa)      {}\nconvention     {}\nmu             {} MPa\nstretch limit  {}\nfit to stretch {}\nstable to      {}\nbreaks at      {}\nsource         {}",
         record.name,
         material_document(&record.law),
         record.convention(),
         number(Some(record.law.shear_modulus_mpa())),
         number(record.stretch_limit()),
-        number(record.fit_stretch),
+        number(record.law.fit_stretch),
+        stability(&Stability::of(&record.law)),
         record
             .elongation_at_break
             .map_or_else(|| "-".into(), |e| format!("{:.0} % elongation", 100.0 * e)),
         record.source
+    )
+}
+
+fn stable_to(stretch: Option<f64>) -> String {
+    stretch.map_or_else(
+        || format!("{SEARCHED_STRETCH} or more"),
+        |l| number(Some(l)),
+    )
+}
+
+/// The stretch to which each condition holds.
+fn stability(stability: &Stability) -> String {
+    format!(
+        "{} uniaxial, {} planar, {} equibiaxial tension (Drucker); {} ellipticity in plane strain",
+        stable_to(stability.uniaxial),
+        stable_to(stability.planar),
+        stable_to(stability.equibiaxial),
+        stable_to(stability.ellipticity)
     )
 }

@@ -63,6 +63,7 @@ const RULE: &[(&str, &[&str])] = &[
             "material",
             "mesh",
             "objective",
+            "optimiser",
             "scene",
             "study",
         ],

@@ -96,7 +96,6 @@ pub mod fault;
 #[cfg(feature = "solver")]
 pub mod force;
 pub mod geometry;
-#[cfg(feature = "solver")]
 pub mod lane;
 #[cfg(feature = "solver")]
 pub mod linear;

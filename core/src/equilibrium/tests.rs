@@ -98,6 +98,7 @@ fn inner_displacement(kind: ElementKind, n: usize) -> (f64, PathWork) {
     let law = MaterialLaw {
         model: HyperelasticModel::NeoHookean { c10_mpa: 0.5 },
         bulk_over_shear: 1e6,
+        fit_stretch: None,
     };
     let system = System::new(quarter(kind, n), &[law]).unwrap();
     let mut solver = system.solver().unwrap();

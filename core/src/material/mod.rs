@@ -1,10 +1,14 @@
 //! Hyperelastic materials and their sourced records.
 
-#[cfg(feature = "solver")]
 pub mod hyperelastic;
+pub mod ogden;
 pub mod records;
+pub mod stability;
+mod stretch_powers;
 
 use serde::{Deserialize, Serialize};
+
+pub use ogden::{Ogden, OgdenForm, OgdenTerm};
 
 /// A law with its parameters (MPa); isochoric part in the invariants of the 3-D deformation gradient with F33 = 1,
 /// volumetric part K/2 (J - 1)^2 with K = `bulk_over_shear` * mu.
@@ -14,6 +18,8 @@ pub struct MaterialLaw {
     pub model: HyperelasticModel,
     /// K / mu.
     pub bulk_over_shear: f64,
+    /// Largest principal stretch of the data behind the parameters; `None` where it is not known.
+    pub fit_stretch: Option<f64>,
 }
 
 /// Isochoric strain energy per reference area of plane strain.
@@ -39,6 +45,8 @@ pub enum HyperelasticModel {
         /// MPa.
         c_mpa: [f64; 3],
     },
+    /// W = sum_p c_p (l1^a_p + l2^a_p + l3^a_p - 3) in the isochoric stretches.
+    Ogden(Ogden),
 }
 
 impl MaterialLaw {
@@ -50,6 +58,7 @@ impl MaterialLaw {
                 c10_mpa, c01_mpa, ..
             } => 2.0 * (c10_mpa + c01_mpa),
             HyperelasticModel::Yeoh { c_mpa } => 2.0 * c_mpa[0],
+            HyperelasticModel::Ogden(ogden) => ogden.shear_modulus_mpa(),
         }
     }
 

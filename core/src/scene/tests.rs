@@ -101,7 +101,7 @@ fn what_acted_reads_back_to_the_same_scene() {
         with(
             base(),
             &[
-                "unit_materials=[\"mold-star-30\", \"smooth-sil-950\", \"ecoflex-00-30\"]",
+                "unit_materials=[\"mold-star-30\", {\"model\": \"ogden\", \"form\": \"m\", \"mu_mpa\": [0.63, 0.0012, -0.01], \"alpha\": [1.3, 5, -2]}, \"ecoflex-00-30\"]",
                 "mesh.max_size_mm=2.5",
                 "objective={\"kind\": \"displacement\", \"probe\": \"end\", \"component\": \"y\", \"state\": 10, \"sign\": -1}",
             ],
@@ -170,7 +170,32 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ("material.c10_mpa=-0.11", "material.c10_mpa"),
         ("material.c10_mpa=null", "material.c10_mpa"),
         ("material.bulk_over_shear=0", "material.bulk_over_shear"),
-        ("material.model=ogden", "material.model"),
+        ("material.model=ogden", "material.form"),
+        ("material.fit_stretch=1", "material.fit_stretch"),
+        (
+            "material={\"model\": \"ogden\", \"form\": \"b\", \"mu_mpa\": [0.2], \"alpha\": [2]}",
+            "material.form",
+        ),
+        (
+            "material={\"model\": \"ogden\", \"form\": \"m\", \"mu_mpa\": [0.2], \"alpha\": [0]}",
+            "material.alpha[0]",
+        ),
+        (
+            "material={\"model\": \"ogden\", \"form\": \"m\", \"mu_mpa\": [0.2, 0.1], \"alpha\": [2]}",
+            "material.alpha",
+        ),
+        (
+            "material={\"model\": \"ogden\", \"form\": \"m\", \"mu_mpa\": [0.2], \"alpha\": [-2]}",
+            "material.mu_mpa",
+        ),
+        (
+            "material={\"model\": \"ogden\", \"form\": \"a\", \"mu_mpa\": [], \"alpha\": [2]}",
+            "material.mu_mpa",
+        ),
+        (
+            "material={\"model\": \"yeoh\", \"c_mpa\": [0.1, 0.01, -0.001], \"fit_stretch\": 4}",
+            "material.fit_stretch",
+        ),
         ("material.model=elastic", "material.model"),
         (
             "material={\"model\": \"yeoh\", \"c_mpa\": [-0.1, 0, 0]}",
@@ -275,6 +300,8 @@ fn a_sound_neighbour_of_each_fault_reads() {
         "actuation={\"schedule\": [[0, 0], [1, 0], [0, 0]]}",
         "actuation={\"schedule\": [[0, 0, 0], [-1, 0, 7]]}",
         "material={\"model\": \"mooney_rivlin\", \"c10_mpa\": 0.2, \"c01_mpa\": -0.1}",
+        "material={\"model\": \"ogden\", \"form\": \"a\", \"mu_mpa\": [0.2, -0.01], \"alpha\": [2, -2]}",
+        "material={\"model\": \"yeoh\", \"c_mpa\": [0.1, 0.01, -0.001], \"fit_stretch\": 2}",
         "objective=null",
         "unit_materials=null",
         "contact=auto",

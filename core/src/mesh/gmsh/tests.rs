@@ -31,6 +31,7 @@ fn law(c10_mpa: f64) -> MaterialLaw {
     MaterialLaw {
         model: HyperelasticModel::NeoHookean { c10_mpa },
         bulk_over_shear: 1000.0,
+        fit_stretch: None,
     }
 }
 
