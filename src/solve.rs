@@ -177,5 +177,8 @@ pub fn text(scene: &Scene, answer: &SceneAnswer) -> String {
     for left_out in &answer.left_out {
         text += &format!("\nleft out: {} ({})", left_out.what, left_out.why);
     }
+    for note in &answer.notes {
+        text += &format!("\nnote: {}: {}", note.about, note.message);
+    }
     text
 }

@@ -33,6 +33,8 @@ pub struct StretchMeasure {
     /// Number of regions, and the region of each point.
     regions: usize,
     region: Vec<u16>,
+    /// Index of each point's material law.
+    law: Vec<u16>,
     /// Neighbours of point i, itself included, at `start[i]..start[i + 1]`.
     start: Vec<u32>,
     neighbour: Vec<u32>,
@@ -67,12 +69,17 @@ impl StretchMeasure {
     /// Finds the points of each disc of radius `radius` (mm).
     pub fn new(system: &System, radius: f64) -> Self {
         let (mut area, mut at, mut region) = (Vec::new(), Vec::new(), Vec::new());
+        let mut law = Vec::new();
+        let laws: Vec<u16> = (system.body.mesh.blocks.iter())
+            .flat_map(|b| b.material.iter().copied())
+            .collect();
         let rest = vec![[0.0; 2]; system.body.mesh.nodes.len()];
         let regions = &system.body.regions;
         system.sample(&rest, |p| {
             area.push(p.area);
             at.push(p.at);
             region.push(regions.of_element.get(p.element).copied().unwrap_or(0));
+            law.push(laws[p.element]);
         });
         let cell = |x: [f64; 2]| {
             (
@@ -96,6 +103,7 @@ impl StretchMeasure {
             at,
             regions: regions.count.max(1),
             region,
+            law,
         };
         let square = radius * radius;
         for &x in &this.at {
@@ -152,6 +160,16 @@ impl StretchMeasure {
             pointwise,
             gradient,
         }
+    }
+
+    /// Largest averaged stretch in the solid of each material law.
+    pub fn largest_by_law(&self, state: &StretchState) -> Vec<f64> {
+        let laws = self.law.iter().max().map_or(0, |l| *l as usize + 1);
+        let mut largest = vec![1.0_f64; laws];
+        for (m, law) in state.averaged.iter().zip(&self.law) {
+            largest[*law as usize] = largest[*law as usize].max(*m);
+        }
+        largest
     }
 
     /// Number of regions.

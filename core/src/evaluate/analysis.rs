@@ -52,6 +52,8 @@ pub struct Measured {
     pub max_stretch: f64,
     /// Largest stretch at a quadrature point.
     pub max_stretch_raw: f64,
+    /// Largest averaged stretch in the solid of each material law; empty where the stretch is left out.
+    pub stretch_by_law: Vec<f64>,
     /// Least gap, mm.
     pub min_gap: Option<f64>,
     /// First crossing that was found.
@@ -205,6 +207,9 @@ impl StateVisitor for Recorder<'_> {
             cavity_area,
             max_stretch,
             max_stretch_raw,
+            stretch_by_law: stretch
+                .as_ref()
+                .map_or_else(Vec::new, |s| self.limits.stretch_by_law(s)),
             min_gap,
             crossing,
             negative_pivots: accepted.negative_pivots,

@@ -30,6 +30,15 @@ pub struct LeftOut {
     pub why: String,
 }
 
+/// What a reader of the numbers should know.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Note {
+    /// The field of the scene that it is about.
+    pub about: String,
+    /// What there is to know.
+    pub message: String,
+}
+
 /// A state of the path.
 #[derive(Clone, Debug, Serialize)]
 pub struct StateAnswer {
@@ -132,4 +141,6 @@ pub struct SceneAnswer {
     pub work: WorkAnswer,
     /// What was left out.
     pub left_out: Vec<LeftOut>,
+    /// What a reader of the numbers should know: laws used beyond their range.
+    pub notes: Vec<Note>,
 }

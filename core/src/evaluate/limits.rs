@@ -48,6 +48,13 @@ impl Limits {
         self.measure.as_ref().map(|m| m.at_state(system, u))
     }
 
+    /// Largest averaged stretch in the solid of each material law.
+    pub(super) fn stretch_by_law(&self, stretch: &StretchState) -> Vec<f64> {
+        self.measure
+            .as_ref()
+            .map_or_else(Vec::new, |m| m.largest_by_law(stretch))
+    }
+
     /// Adds an accepted state with its stretches.
     pub(super) fn add(&mut self, accepted: &mut AcceptedState<'_>, stretch: Option<&StretchState>) {
         // Values first: which derivatives can be seen is known before any is computed.

@@ -4,6 +4,7 @@ use super::analysis::{Analysis, Measured, Wanted, analyse};
 use super::answer::{
     LeftOut, LossOfUniqueness, MeshAnswer, SceneAnswer, SceneStatus, StateAnswer, WorkAnswer,
 };
+use super::notes;
 use crate::adjoint::NodeGradient;
 use crate::equilibrium::{Observer, PathEnd, Settings};
 use crate::fault::Faults;
@@ -296,6 +297,7 @@ fn unmeshable(scene: &Scene, reason: &str) -> SceneSolution {
             resolved: resolved(scene),
             work: WorkAnswer::default(),
             left_out: Vec::new(),
+            notes: Vec::new(),
         },
         body: None,
         fields: Vec::new(),
@@ -364,6 +366,7 @@ fn answer(
             contact_steps: 0,
         },
         left_out: left_out(scene, analysis, laws),
+        notes: notes::of_ranges(&scene.body, laws, &analysis.states),
     }
 }
 
