@@ -256,11 +256,13 @@ fn limits(study: &Study, step: usize) -> String {
         .map_or_else(String::new, |gap| {
             format!("facing walls \u{2265} {gap} mm apart at every state; ")
         });
-    let material = body
+    let materials: Vec<&str> = body
         .material
-        .record
-        .as_deref()
-        .unwrap_or("given by the study");
+        .each()
+        .iter()
+        .map(|m| m.record.as_deref().unwrap_or("given by the study"))
+        .collect();
+    let material = materials.join(", ");
     format!(
         "limits: {stretch}; walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; {gap}no overlapping walls, no negative pivots; load margin off; material {material}",
         constraints.wall_mm, constraints.spike_deg

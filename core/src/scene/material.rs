@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::actuator::MAX_UNITS;
 use crate::document::{Node, Object};
 use crate::material::ogden::{MAX_EXPONENT, MAX_TERMS};
 use crate::material::records::{self, DEFAULT_BULK_OVER_SHEAR};
@@ -45,6 +46,24 @@ pub fn read_material(node: &Node<'_>) -> Option<MaterialLaw> {
     };
     check_stability(&object, &law)?;
     Some(law)
+}
+
+/// Reads a list with one entry for each unit; `units` is `None` where their number could not be read.
+pub fn read_per_unit<T>(
+    node: &Node<'_>,
+    units: Option<usize>,
+    read: impl FnMut(&Node<'_>) -> Option<T>,
+) -> Option<Vec<T>> {
+    let entries = node.each(0, MAX_UNITS, read);
+    let given = node.value().as_array()?.len();
+    if let Some(units) = units
+        && given != units
+    {
+        return node.fault(format!(
+            "expected one material for each of the {units} units, found {given}"
+        ));
+    }
+    entries
 }
 
 /// A law that is unstable within the range that its own document claims is a fault.

@@ -21,7 +21,7 @@ use crate::actuation::ActuationCycle;
 use crate::geometry::{Actuator, Point};
 use crate::material::MaterialLaw;
 
-pub use material::{material_document, read_material};
+pub use material::{material_document, read_material, read_per_unit};
 pub use validate::read_scene;
 
 /// A resolved scene; it serialises to the document that reads back to it.

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::actuation::read_actuation;
 use super::actuator::read_actuator;
-use super::material::read_material;
+use super::material::{read_material, read_per_unit};
 use super::mesh_file::read_groups;
 use super::shape::strictly_inside;
 use super::target::{read_displacement, read_kind};
@@ -18,7 +18,6 @@ use crate::actuation::ActuationCycle;
 use crate::document::{Node, Object, read};
 use crate::fault::Faults;
 use crate::geometry::{Actuator, Point};
-use crate::material::MaterialLaw;
 
 /// Tolerance where the document gives none.
 pub const DEFAULT_TOLERANCE: f64 = 1e-8;
@@ -168,7 +167,7 @@ fn read_actuator_body(
     let units = actuator.as_ref().map(|a| a.units.len());
     let material = root.nullable("material").map(|n| read_material(&n));
     let materials = match (root.nullable("unit_materials"), material) {
-        (Some(list), _) => read_unit_materials(&list, units),
+        (Some(list), _) => read_per_unit(&list, units, read_material),
         (None, Some(law)) => law.and_then(|law| Some(vec![law; units?])),
         (None, None) => {
             root.fault("material", "is required (or unit_materials)");
@@ -179,19 +178,6 @@ fn read_actuator_body(
         actuator: actuator?,
         materials: materials?,
     })
-}
-
-fn read_unit_materials(node: &Node<'_>, units: Option<usize>) -> Option<Vec<MaterialLaw>> {
-    let laws = node.each(0, super::actuator::MAX_UNITS, read_material);
-    let given = node.list()?.len();
-    if let Some(units) = units
-        && given != units
-    {
-        return node.fault(format!(
-            "expected one material for each of the {units} units, found {given}"
-        ));
-    }
-    laws
 }
 
 /// Chamber i is driven by channel i: a chamber without a channel is a fault, not a void at rest.

@@ -170,7 +170,7 @@ impl Study {
         });
         Ok(Scene {
             body: Body::Actuator(ActuatorBody {
-                materials: vec![body.material.law; actuator.units.len()],
+                materials: body.material.laws(actuator.units.len()),
                 actuator,
             }),
             actuation: body.actuation.clone(),

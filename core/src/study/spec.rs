@@ -34,7 +34,8 @@ pub struct StudyBody {
     /// The chain of units and where its chambers may lie.
     pub actuator: StudyActuator,
     /// What it is made of.
-    pub material: StudyMaterial,
+    #[serde(flatten)]
+    pub material: StudyMaterials,
     /// Pressures over pseudo-time.
     #[serde(serialize_with = "actuation_as_document")]
     pub actuation: ActuationCycle,
@@ -61,6 +62,17 @@ pub struct StudyActuator {
 pub enum Layout {
     /// Two quadrilaterals, the lower one driven by channel 0 and the upper one by channel 1.
     StackedPair,
+}
+
+/// What the units are made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum StudyMaterials {
+    /// All of one material.
+    #[serde(rename = "material")]
+    All(StudyMaterial),
+    /// One material per unit.
+    #[serde(rename = "unit_materials")]
+    PerUnit(Vec<StudyMaterial>),
 }
 
 /// A law, and the record that it comes from.
@@ -310,10 +322,41 @@ impl StudyBody {
     }
 }
 
-impl StudyMaterial {
-    /// The stretch limit of its record, where it has one.
+impl StudyMaterials {
+    /// The law of each of `units` units.
+    pub fn laws(&self, units: usize) -> Vec<MaterialLaw> {
+        match self {
+            Self::All(material) => vec![material.law; units],
+            Self::PerUnit(materials) => materials.iter().map(|m| m.law).collect(),
+        }
+    }
+
+    /// The materials, one for all or one per unit.
+    pub fn each(&self) -> &[StudyMaterial] {
+        match self {
+            Self::All(material) => std::slice::from_ref(material),
+            Self::PerUnit(materials) => materials,
+        }
+    }
+
+    /// The least of their stretch limits, where every one has one.
     pub fn stretch_limit(&self) -> Option<f64> {
-        records::find(self.record.as_deref()?)?.stretch_limit()
+        let limits: Option<Vec<f64>> = self
+            .each()
+            .iter()
+            .map(StudyMaterial::stretch_limit)
+            .collect();
+        limits?.into_iter().reduce(f64::min)
+    }
+}
+
+impl StudyMaterial {
+    /// The stretch limit of its record, or the end of the range that its document gives, where it has one.
+    pub fn stretch_limit(&self) -> Option<f64> {
+        match &self.record {
+            Some(name) => records::find(name)?.stretch_limit(),
+            None => self.law.fit_stretch,
+        }
     }
 }
 

@@ -120,7 +120,7 @@ fn stretch_complaint(
     if constraints.stretch == StretchLimit::Material && !has_limit {
         return Some((
             "stretch",
-            "the material names no record with a stretch limit: give a number or \"off\"".into(),
+            "the material (or one of unit_materials) has neither a record with a stretch limit nor a fit_stretch: give a number or \"off\"".into(),
         ));
     }
     let (wall, length) = (

@@ -8,9 +8,9 @@ use crate::fault::Faults;
 use crate::material::records::{self, DEFAULT_RECORD};
 use crate::scene::actuation::read_actuation;
 use crate::scene::actuator::{DEFAULT_UNIT_MM, MAX_UNITS, read_unit_mm};
-use crate::scene::read_material;
+use crate::scene::{read_material, read_per_unit};
 use crate::study::preset::expand;
-use crate::study::spec::{Layout, Study, StudyActuator, StudyBody, StudyMaterial};
+use crate::study::spec::{Layout, Study, StudyActuator, StudyBody, StudyMaterial, StudyMaterials};
 
 const MAX_STEPS: usize = 100;
 const MAX_NAME: usize = 200;
@@ -47,6 +47,7 @@ fn read_root(node: &Node<'_>, allow_paths: bool) -> Option<Study> {
         "preset",
         "actuator",
         "material",
+        "unit_materials",
         "actuation",
         "mixed_hardware",
         "step",
@@ -60,7 +61,7 @@ fn read_root(node: &Node<'_>, allow_paths: bool) -> Option<Study> {
     let body = if has_chambers {
         read_body(&root).map(Some)
     } else {
-        for field in ["actuator", "material", "actuation"] {
+        for field in ["actuator", "material", "unit_materials", "actuation"] {
             if root.has(field) {
                 root.fault(field, "nothing uses it: every step's model is a command");
             }
@@ -114,12 +115,20 @@ fn read_body(root: &Object<'_>) -> Option<StudyBody> {
         Some(node) => read_actuator(&node),
         None => Some(StudyActuator::default()),
     };
-    let material = match root.get("material") {
+    let one = match root.get("material") {
         Some(node) => read_study_material(&node),
         None => records::find(DEFAULT_RECORD).map(|r| StudyMaterial {
             record: Some(r.name.into()),
             law: r.law,
         }),
+    };
+    let material = match root.nullable("unit_materials") {
+        // It wins, but the faults of what it wins over are noted too.
+        Some(list) => {
+            let units = actuator.as_ref().map(|a| a.units);
+            read_per_unit(&list, units, read_study_material).map(StudyMaterials::PerUnit)
+        }
+        None => one.map(StudyMaterials::All),
     };
     let actuation = root.required("actuation").and_then(|node| {
         let cycle = read_actuation(&node)?;

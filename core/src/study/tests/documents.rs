@@ -235,6 +235,24 @@ fn each_kind_of_fault_is_noted_at_its_path() {
             "material={\"model\": \"neo_hookean\", \"c10_mpa\": 1}",
             "step[0].constraints.stretch",
         ),
+        (
+            "material={\"model\": \"ogden\", \"form\": \"m\", \"mu_mpa\": [0.2], \"alpha\": [0.5], \"fit_stretch\": 4}",
+            "material.fit_stretch",
+        ),
+        ("unit_materials=[\"mold-star-30\"]", "unit_materials"),
+        ("unit_materials=mold-star-30", "unit_materials"),
+        (
+            "unit_materials=[\"mold-star-30\", \"butter\", \"mold-star-30\"]",
+            "unit_materials[1]",
+        ),
+        (
+            "unit_materials=[\"mold-star-30\", \"mold-star-30\", {\"model\": \"ogden\"}]",
+            "unit_materials[2].alpha",
+        ),
+        (
+            "unit_materials=[\"mold-star-30\", \"smooth-sil-950\", \"mold-star-30\"]",
+            "step[0].constraints.stretch",
+        ),
         ("actuation.schedule=sideways", "actuation.schedule"),
         ("actuation.schedule=ramp", "actuation"),
         ("actuation={\"schedule\": [[0, 0]]}", "actuation.schedule"),
@@ -367,6 +385,7 @@ fn each_kind_of_fault_is_noted_at_its_path() {
 fn each_fault_of_a_command_study_is_noted_at_its_path() {
     let cases: &[(&str, &str)] = &[
         ("material=mold-star-30", "material"),
+        ("unit_materials=[]", "unit_materials"),
         (
             "step[0].target={\"kind\": \"enclosed_area\", \"probe_mm\": [0, 0]}",
             "step[0].target",
@@ -454,6 +473,31 @@ fn all_faults_come_at_once() {
             "step[0].keeps",
         ]
     );
+}
+
+#[test]
+fn each_unit_may_have_its_material() {
+    let read = study(&with(
+        &example("asymmetric-bending"),
+        &[
+            "unit_materials=[\"mold-star-30\", {\"model\": \"ogden\", \"form\": \"m\", \"mu_mpa\": [0.5], \"alpha\": [1.5], \"fit_stretch\": 1.7}, \"dragon-skin-20\"]",
+        ],
+    ));
+    let body = read.body.as_ref().expect("a body");
+    let laws = body.material.laws(3);
+    assert_eq!(laws.len(), 3);
+    assert!((laws[1].shear_modulus_mpa() - 0.375).abs() < 1e-15);
+    assert_eq!(body.material.stretch_limit(), Some(1.7));
+    let document = read.document();
+    assert!(document.get("material").is_none());
+    assert_eq!(document["unit_materials"][2], "dragon-skin-20");
+    assert_eq!(study(&document), read);
+    let lower = read.variables(0).expect("variables").lower;
+    let scene = read.scene(0, &lower, None).expect("a scene");
+    let crate::scene::Body::Actuator(chain) = &scene.body else {
+        panic!("an actuator")
+    };
+    assert_eq!(chain.materials, laws);
 }
 
 #[test]

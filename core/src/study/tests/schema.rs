@@ -84,6 +84,17 @@ fn what_reads_conforms() {
             "{name}, resolved"
         );
     }
+    for materials in [
+        "unit_materials=[\"mold-star-30\", \"ecoflex-00-30\", {\"model\": \"yeoh\", \"c_mpa\": [0.1, 0, 0], \"fit_stretch\": 2}]",
+        "material={\"model\": \"ogden\", \"form\": \"a\", \"mu_mpa\": [0.2, 0.1], \"alpha\": [2, -2], \"fit_stretch\": 3}",
+    ] {
+        let document = with(&example("asymmetric-bending"), &[materials]);
+        assert!(conforms(&schema, &document), "{materials}");
+        assert!(
+            conforms(&schema, &study(&document).document()),
+            "{materials}, resolved"
+        );
+    }
     for optimiser in [
         "{\"method\": \"gcmma\", \"first_move\": 0.2}",
         "{\"method\": \"gcmma\", \"globalise\": false}",
@@ -118,6 +129,8 @@ fn what_does_not_conform_does_not_read() {
         "actuator.units=0",
         "actuator.wall_mm=-2",
         "material.c10_mpa=-1",
+        "material.fit_stretch=1",
+        "unit_materials=[7]",
         "actuation.schedule=sideways",
         "actuation={\"schedule\": [[0, 0]]}",
         "step=[]",
