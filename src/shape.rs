@@ -4,7 +4,7 @@ use salp_core::actuation::ActuationCycle;
 use salp_core::evaluate::SceneSolution;
 use salp_core::mesh::Discretisation;
 use salp_core::picture::ShapePicture;
-use salp_core::scene::{Body, Scene, SceneObjective};
+use salp_core::scene::{Body, Scene};
 
 use crate::output::number;
 
@@ -100,12 +100,8 @@ fn schedule(cycle: &ActuationCycle) -> String {
 
 /// The objective's probe, else one named `tip`, else the first.
 fn tip(scene: &Scene) -> Option<(String, [f64; 2])> {
-    let wanted = match &scene.objective {
-        Some(
-            SceneObjective::EnclosedArea { probe, .. } | SceneObjective::Displacement { probe, .. },
-        ) => probe,
-        None => "tip",
-    };
+    let wanted = scene.objective.as_ref().and_then(|o| o.measure.tip());
+    let wanted = wanted.map_or("tip", String::as_str);
     let probe = scene
         .probes
         .iter()

@@ -47,7 +47,10 @@ const RULE: &[(&str, &[&str])] = &[
     ),
     ("objective", &["element", "mesh"]),
     ("constraint", &["assembly", "force", "mesh"]),
-    ("adjoint", &["assembly", "equilibrium", "objective"]),
+    (
+        "adjoint",
+        &["assembly", "equilibrium", "force", "objective"],
+    ),
     (
         "evaluate",
         &[

@@ -70,9 +70,9 @@
 //! | `force` | chamber pressure, tractions | mesh |
 //! | `assembly` | unknowns, pattern, global residual and tangent | element, force, linear, mesh |
 //! | `equilibrium` | Newton, the load path, how it ended | actuation, assembly, linear, material, mesh |
-//! | `objective` | probes, enclosed area | element, mesh |
+//! | `objective` | probes, enclosed area, bending angle, tip path | element, mesh |
 //! | `constraint` | stretch measure, crossing walls | assembly, force, mesh |
-//! | `adjoint` | derivatives with respect to nodes | assembly, equilibrium, objective |
+//! | `adjoint` | derivatives with respect to nodes | assembly, equilibrium, force, objective |
 //! | `evaluate` | the door | all |
 //!
 //! Imports go upwards in this table only; a test holds every `crate::` path against it. Symbols with their sources are in

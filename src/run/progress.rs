@@ -212,7 +212,7 @@ pub fn labels(study: &Study, step: usize) -> Vec<String> {
     let specs = study.restarts(step).unwrap_or_default();
     let target = study.steps.get(step).and_then(|s| s.target.as_ref());
     let open = target
-        .filter(|target| target.counts_either_sense())
+        .filter(|target| target.either_sense)
         .map(|_| "the larger sense at each point");
     specs
         .iter()

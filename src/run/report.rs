@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use salp_core::evaluate::{SceneOptions, solve_scene};
 use salp_core::fault::Faults;
-use salp_core::geometry::MeshPlan;
-use salp_core::scene::{Orientation, Scene};
+use salp_core::geometry::{MeshPlan, Point};
+use salp_core::scene::{Bound, Goal, Orientation, Scene};
 use salp_core::study::Study;
 use salp_core::study::spec::StepConstraints;
 use salp_protocol::{Best, csv};
@@ -38,13 +38,17 @@ pub fn write(
         None => lines.push("no feasible design without overlapping walls was found".into()),
         Some((step, best)) => {
             let label = labels(study, step).into_iter().nth(best.restart);
+            let goal = goal(study, step);
+            lines.extend(goal.map(|goal| format!("target: {}", goal.words())));
             lines.push(format!(
-                "best objective {} in {}, evaluation {}, largest violation {}",
+                "best objective {}{} in {}, evaluation {}, largest violation {}",
                 number(Some(best.objective)),
+                goal.map_or_else(String::new, |goal| format!(" {}", goal.unit())),
                 label.unwrap_or_else(|| format!("restart {}", best.restart)),
                 best.evaluation,
                 number(Some(best.max_violation))
             ));
+            lines.extend(measures(study, results, step, best));
             if let Some((scene, plan_base)) = winner(study, results, step, best) {
                 caption = Numbers::of(&scene).lines();
                 caption.push(limits(study, step));
@@ -65,13 +69,14 @@ pub fn write(
         }
     }
     lines.extend(caption.iter().cloned());
-    let is_area = !caption.is_empty();
-    let unit = if is_area { " (mm\u{b2})" } else { "" };
+    // Steps of programs have no goal, and their objective no unit that we know.
+    let unit = results.best().and_then(|(step, _)| goal(study, step));
+    let unit = unit.map_or_else(String::new, |goal| format!(" ({})", goal.unit()));
     let label = |step: usize, index: usize| {
         let label = labels(study, step).into_iter().nth(index);
         label.unwrap_or_else(|| format!("restart {index}"))
     };
-    let curve = crate::curve::picture(&results.curve, &study.name, unit, label, caption);
+    let curve = crate::curve::picture(&results.curve, &study.name, &unit, label, caption);
     write_file(&at("curve.svg"), &curve.svg())?;
     summary["restarts"] = json!(results.restarts.len());
     summary["evaluations"] = json!(results.view.counts.answered);
@@ -175,34 +180,37 @@ fn draw(
     let solution = solve_scene(scene, &options, &mut Stopwatch::start())?;
     let answer = &solution.answer;
     let mut lines = Vec::new();
-    if let Some(area) = answer.enclosed_area_mm2 {
+    let area = answer.enclosed_area_mm2.map_or_else(String::new, |area| {
         let sense = if area >= 0.0 {
             "counter-clockwise"
         } else {
             "clockwise"
         };
-        let pivots = answer
-            .path
-            .iter()
-            .map(|s| s.negative_pivots)
-            .max()
-            .unwrap_or(0);
-        let stretch = answer
-            .path
-            .iter()
-            .map(|s| s.max_stretch)
-            .fold(1.0, f64::max);
-        lines.push(format!(
-            "enclosed area {} mm\u{b2}, {sense}; largest averaged stretch {}; {pivots} negative pivots; {}",
-            number(Some(area.abs())),
-            number(Some(stretch)),
-            if answer.walls_overlap.as_ref().is_some_and(|o| !o.corner_fold) {
-                "walls overlap"
-            } else {
-                "no walls overlap"
-            }
-        ));
-    }
+        format!(
+            "enclosed area {} mm\u{b2}, {sense}; ",
+            number(Some(area.abs()))
+        )
+    });
+    let pivots = answer.path.iter().map(|s| s.negative_pivots).max();
+    let stretch = answer
+        .path
+        .iter()
+        .map(|s| s.max_stretch)
+        .fold(1.0, f64::max);
+    lines.push(format!(
+        "{area}largest averaged stretch {}; {} negative pivots; {}",
+        number(Some(stretch)),
+        pivots.unwrap_or(0),
+        if answer
+            .walls_overlap
+            .as_ref()
+            .is_some_and(|o| !o.corner_fold)
+        {
+            "walls overlap"
+        } else {
+            "no walls overlap"
+        }
+    ));
     let svg = match &solution.body {
         Some(body) => picture(
             &format!("{}: best design", study.name),
@@ -230,6 +238,37 @@ fn numbers(scene: &Scene) -> Value {
         "units": numbers.units,
         "tip_mm": numbers.tip.map(|(_, at)| at),
     })
+}
+
+/// What a step minimises; `None` for programs.
+fn goal(study: &Study, step: usize) -> Option<&Goal<Point>> {
+    Some(&study.steps.get(step)?.target.as_ref()?.goal)
+}
+
+/// The best design's measures: that of the target, then each bound with what must hold.
+fn measures(study: &Study, results: &Results, step: usize, best: &Best) -> Vec<String> {
+    let row = results
+        .ledger
+        .iter()
+        .find(|r| r.evaluation == best.evaluation);
+    let outcome = row.and_then(|r| r.outcome.as_ref());
+    let values = outcome.and_then(|o| o.report.as_ref()).map(|r| &r.measures);
+    let (Some(goal), Some([of_target, of_bounds @ ..])) =
+        (goal(study, step), values.map(Vec::as_slice))
+    else {
+        return Vec::new();
+    };
+    let Some(StepConstraints::Chambers(constraints)) =
+        study.steps.get(step).map(|s| &s.constraints)
+    else {
+        return Vec::new();
+    };
+    let said =
+        |words: &str, value: f64, unit: &str| format!("{words}: {} {unit}", number(Some(value)));
+    let target = said(&goal.measure.words(), *of_target, goal.measure.unit());
+    let bounds = constraints.bounds.iter().zip(of_bounds);
+    let bounds = bounds.map(|(b, v)| format!("bound: {}", said(&b.words(), *v, b.measure.unit())));
+    [target].into_iter().chain(bounds).collect()
 }
 
 /// What every counted design satisfies, and what is off.
@@ -263,8 +302,14 @@ fn limits(study: &Study, step: usize) -> String {
         .map(|m| m.record.as_deref().unwrap_or("given by the study"))
         .collect();
     let material = materials.join(", ");
+    let bounds: Vec<String> = constraints.bounds.iter().map(Bound::words).collect();
+    let bounds = if bounds.is_empty() {
+        String::new()
+    } else {
+        format!("; bounds: {}", bounds.join(", "))
+    };
     format!(
-        "limits: {stretch}; walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; {gap}no overlapping walls, no negative pivots; load margin off; material {material}",
+        "limits: {stretch}; walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; {gap}no overlapping walls, no negative pivots; load margin off; material {material}{bounds}",
         constraints.wall_mm, constraints.spike_deg
     )
 }

@@ -9,43 +9,11 @@
 
 use crate::assembly::PointSensitivity;
 use crate::equilibrium::AcceptedState;
+use crate::force::cavity_pressure;
 use crate::objective::probe::ProbePoint;
 
 /// A derivative with respect to all node positions.
 pub type NodeGradient = Vec<[f64; 2]>;
-
-/// d (u_x, u_y)(probe) / dX.
-pub fn of_probe(accepted: &mut AcceptedState<'_>, probe: &ProbePoint) -> [NodeGradient; 2] {
-    let system = accepted.system;
-    let (n, nodes) = (system.dofs.free(), system.body.mesh.nodes.len());
-    let mut rhs = vec![0.0; 2 * n];
-    let mut field = vec![[0.0; 2]; nodes];
-    for component in 0..2 {
-        field.fill([0.0; 2]);
-        for (node, weight) in probe.nodes.iter().zip(&probe.weight) {
-            field[*node as usize][component] = -weight;
-        }
-        system
-            .dofs
-            .gather(&field, &mut rhs[component * n..(component + 1) * n]);
-    }
-    accepted.solver.solve(&mut rhs, 2);
-    let h = probe.displacement_gradient(&accepted.state.u);
-    std::array::from_fn(|component| {
-        field.fill([0.0; 2]);
-        system
-            .dofs
-            .add_to_field(1.0, &rhs[component * n..(component + 1) * n], &mut field);
-        let mut out = vec![[0.0; 2]; nodes];
-        system.add_shape_derivative(accepted.state, accepted.load, &field, &mut out);
-        for (node, weight) in probe.nodes.iter().zip(&probe.weight) {
-            for m in 0..2 {
-                out[*node as usize][m] -= weight * h[component][m];
-            }
-        }
-        out
-    })
-}
 
 /// A functional's derivatives with respect to nodal displacements and, at fixed displacements, to nodal positions.
 pub struct Functional {
@@ -64,6 +32,40 @@ impl Functional {
         system.sample_transpose(&accepted.state.u, sensitivities, &mut u, &mut x);
         Self { u, x }
     }
+
+    /// A displacement component of a probe.
+    pub fn of_probe(accepted: &AcceptedState<'_>, probe: &ProbePoint, component: usize) -> Self {
+        let nodes = accepted.system.body.mesh.nodes.len();
+        let (mut u, mut x) = (vec![[0.0; 2]; nodes], vec![[0.0; 2]; nodes]);
+        let h = probe.displacement_gradient(&accepted.state.u);
+        for (node, weight) in probe.nodes.iter().zip(&probe.weight) {
+            u[*node as usize][component] += weight;
+            for m in 0..2 {
+                x[*node as usize][m] -= weight * h[component][m];
+            }
+        }
+        Self { u, x }
+    }
+
+    /// The deformed area of a channel's chambers, a function of X + u.
+    pub fn of_chamber_area(accepted: &AcceptedState<'_>, channel: usize) -> Self {
+        let body = &accepted.system.body;
+        let mut u = vec![[0.0; 2]; body.mesh.nodes.len()];
+        let deformed = deformed(&body.mesh.nodes, &accepted.state.u);
+        for cavity in body.cavities.iter().filter(|c| c.channel == channel) {
+            cavity_pressure::add_gradient(cavity, &deformed, 1.0, &mut u);
+        }
+        let x = u.clone();
+        Self { u, x }
+    }
+}
+
+/// Deformed node positions, mm.
+pub fn deformed(x: &[[f64; 2]], u: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    x.iter()
+        .zip(u)
+        .map(|(x, u)| [x[0] + u[0], x[1] + u[1]])
+        .collect()
 }
 
 /// dJ/dX of several functionals, solved together.

@@ -3,8 +3,9 @@
 //! What is not wanted is not allocated, not computed and not paid for.
 
 use super::limits::{Extremum, Limits};
+use super::measure::{PathMeasure, Quantity, Sensitivities};
 use crate::actuation::{ActuationCycle, ActuationPoint};
-use crate::adjoint::{self, NodeGradient};
+use crate::adjoint;
 use crate::assembly::{FoldedReference, State, System};
 use crate::constraint::walls::{Crossing, Walls};
 use crate::equilibrium::{
@@ -23,8 +24,8 @@ use crate::objective::probe::ProbePoint;
     reason = "independent outputs, each asked for by name"
 )]
 pub struct Wanted {
-    /// Derivatives of the displacements of this probe (index).
-    pub probe_gradient: Option<usize>,
+    /// Measures whose derivatives are wanted.
+    pub gradients_of: Vec<PathMeasure>,
     /// Radius of the averaging disc of the stretch, mm; `None` leaves the stretch out.
     pub stretch_radius: Option<f64>,
     /// Smooth minimum of the gaps between the walls of each channel's voids.
@@ -78,8 +79,8 @@ pub struct Analysis {
     pub reached: f64,
     /// States of the path that were reached.
     pub states: Vec<Measured>,
-    /// d (u_x, u_y) / dX of the probe, per state.
-    pub probe_gradient: Vec<[NodeGradient; 2]>,
+    /// Derivatives of the numbers of which the wanted measures are made.
+    pub sensitivities: Sensitivities,
     /// Smooth maximum of the averaged stretch over the path, and its derivative, per region of the solid; empty where it
     /// is left out.
     pub stretch: Vec<Extremum>,
@@ -124,7 +125,7 @@ pub fn analyse(
     );
     let Recorder {
         states,
-        probe_gradient,
+        sensitivities,
         fields,
         limits,
         ..
@@ -136,7 +137,7 @@ pub fn analyse(
         work,
         reached,
         states,
-        probe_gradient,
+        sensitivities,
         stretch,
         wall_gap,
         fields,
@@ -151,7 +152,7 @@ struct Recorder<'a> {
     limits: Limits,
     walls: Option<Walls>,
     states: Vec<Measured>,
-    probe_gradient: Vec<[NodeGradient; 2]>,
+    sensitivities: Sensitivities,
     fields: Vec<Vec<[f64; 2]>>,
     crossed: bool,
 }
@@ -166,9 +167,29 @@ impl<'a> Recorder<'a> {
             limits: Limits::new(system, channels, wanted),
             walls: need_walls.then(|| Walls::new(&system.body.boundary, &system.body.mesh.nodes)),
             states: Vec::new(),
-            probe_gradient: Vec::new(),
+            sensitivities: Sensitivities::default(),
             fields: Vec::new(),
             crossed: false,
+        }
+    }
+
+    /// The derivatives of all numbers of this state on which a wanted measure depends, solved together.
+    fn add_sensitivities(&mut self, accepted: &mut AcceptedState<'_>) {
+        let mut quantities: Vec<Quantity> = Vec::new();
+        for measure in &self.wanted.gradients_of {
+            for quantity in measure.quantities(accepted.index) {
+                if !quantities.contains(&quantity) {
+                    quantities.push(quantity);
+                }
+            }
+        }
+        let functionals = quantities
+            .iter()
+            .map(|q| q.functional(accepted, self.probes))
+            .collect();
+        let gradients = adjoint::of_functionals(accepted, functionals);
+        for (quantity, gradient) in quantities.into_iter().zip(gradients) {
+            self.sensitivities.push(accepted.index, quantity, gradient);
         }
     }
 }
@@ -193,11 +214,7 @@ impl StateVisitor for Recorder<'_> {
             _ => None,
         };
         let mut cavity_area = vec![0.0; self.channels];
-        let deformed: Vec<[f64; 2]> = x
-            .iter()
-            .zip(u)
-            .map(|(x, u)| [x[0] + u[0], x[1] + u[1]])
-            .collect();
+        let deformed = adjoint::deformed(x, u);
         for cavity in &system.body.cavities {
             cavity_area[cavity.channel] += cavity_pressure::area(cavity, &deformed);
         }
@@ -220,10 +237,7 @@ impl StateVisitor for Recorder<'_> {
             self.fields.push(u.clone());
         }
         observer.enter(Phase::Adjoint);
-        if let Some(probe) = self.wanted.probe_gradient {
-            self.probe_gradient
-                .push(adjoint::of_probe(&mut accepted, &self.probes[probe]));
-        }
+        self.add_sensitivities(&mut accepted);
         self.limits.add(&mut accepted, stretch.as_ref());
         max_stretch
     }

@@ -5,6 +5,7 @@ mod answer;
 mod converge;
 mod gradient;
 mod limits;
+mod measure;
 mod notes;
 mod scene;
 mod study;

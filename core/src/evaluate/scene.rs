@@ -4,6 +4,7 @@ use super::analysis::{Analysis, Measured, Wanted, analyse};
 use super::answer::{
     LeftOut, LossOfUniqueness, MeshAnswer, SceneAnswer, SceneStatus, StateAnswer, WorkAnswer,
 };
+use super::measure::{PlacedProbe, by_name, tip_displacements};
 use super::notes;
 use crate::adjoint::NodeGradient;
 use crate::equilibrium::{Observer, PathEnd, Settings};
@@ -13,7 +14,7 @@ use crate::material::MaterialLaw;
 use crate::mesh::{Discretisation, ElementKind, MappedMesh, build, gmsh, locate};
 use crate::objective::enclosed_area;
 use crate::objective::probe::ProbePoint;
-use crate::scene::{Body, ContactMode, ElementChoice, Orientation, Scene, SceneObjective};
+use crate::scene::{Body, ContactMode, ElementChoice, Goal, Scene};
 use crate::study::OverlapReport;
 
 /// Radius of the averaging disc of the reported stretch, mm.
@@ -116,9 +117,13 @@ pub fn solve_scene(
         }
     };
     let probes = probe_points(scene, &body)?;
-    let objective_probe = scene.objective.as_ref().and_then(|o| probe_index(scene, o));
+    let goal = placed_goal(scene);
     let wanted = Wanted {
-        probe_gradient: objective_probe.filter(|_| options.gradient),
+        gradients_of: goal
+            .iter()
+            .filter(|_| options.gradient)
+            .map(|g| g.measure.clone())
+            .collect(),
         stretch_radius: (!options.path_only).then_some(STRETCH_LENGTH_MM),
         wall_gaps: false,
         limit_gradients: false,
@@ -143,9 +148,9 @@ pub fn solve_scene(
         Err(reason) => return Ok(unmeshable(scene, &reason.to_string())),
     };
     let node_gradient = (options.gradient && analysis.end == PathEnd::Complete)
-        .then(|| objective_gradient(scene, &analysis, objective_probe))
+        .then(|| goal_gradient(goal.as_ref()?, &analysis))
         .flatten();
-    let answer = answer(scene, &analysis, &laws, objective_probe, scaled);
+    let answer = answer(scene, &analysis, &laws, goal.as_ref(), scaled);
     Ok(SceneSolution {
         answer,
         node_gradient,
@@ -156,7 +161,7 @@ pub fn solve_scene(
 }
 
 /// Interpolation of each probe.
-fn probe_points(scene: &Scene, body: &Discretisation) -> Result<Vec<ProbePoint>, Faults> {
+pub fn probe_points(scene: &Scene, body: &Discretisation) -> Result<Vec<ProbePoint>, Faults> {
     let mut faults = Faults::default();
     let mut points = Vec::new();
     for probe in &scene.probes {
@@ -168,91 +173,23 @@ fn probe_points(scene: &Scene, body: &Discretisation) -> Result<Vec<ProbePoint>,
     faults.check(points)
 }
 
-/// Index of the objective's probe.
-fn probe_index(scene: &Scene, objective: &SceneObjective) -> Option<usize> {
-    let (SceneObjective::EnclosedArea { probe, .. } | SceneObjective::Displacement { probe, .. }) =
-        objective;
-    scene.probes.iter().position(|p| p.name == *probe)
+/// The scene's objective with its probes as the analysis has them.
+pub fn placed_goal(scene: &Scene) -> Option<Goal<PlacedProbe>> {
+    let objective = scene.objective.as_ref()?;
+    Some(Goal {
+        measure: objective.measure.map_probes(by_name(&scene.probes))?,
+        sense: objective.sense,
+    })
 }
 
-/// Sign with which the enclosed area enters the objective.
-pub fn area_sign(orientation: Orientation) -> f64 {
-    match orientation {
-        Orientation::CounterClockwise => -1.0,
-        Orientation::Clockwise => 1.0,
+/// d objective / d node position over a complete path.
+pub fn goal_gradient(goal: &Goal<PlacedProbe>, analysis: &Analysis) -> Option<NodeGradient> {
+    let (_, slope) = goal.objective(goal.measure.value(&analysis.states));
+    let mut weights = goal.measure.weights(&analysis.states);
+    for (.., weight) in &mut weights {
+        *weight *= slope;
     }
-}
-
-fn tip_path(states: &[Measured], probe: usize) -> Vec<[f64; 2]> {
-    states.iter().map(|s| s.displacement[probe]).collect()
-}
-
-/// Value of an objective over a complete path.
-pub fn objective_value(objective: &SceneObjective, states: &[Measured], probe: usize) -> f64 {
-    match objective {
-        SceneObjective::EnclosedArea { orientation, .. } => {
-            area_sign(*orientation) * enclosed_area::area(&tip_path(states, probe))
-        }
-        SceneObjective::Displacement {
-            component,
-            state,
-            sign,
-            ..
-        } => sign * states[*state].displacement[probe][*component as usize],
-    }
-}
-
-/// d objective / d node position from the derivatives of the probe's displacements.
-pub fn combine_gradient(
-    objective: &SceneObjective,
-    states: &[Measured],
-    probe: usize,
-    probe_gradient: &[[NodeGradient; 2]],
-) -> Option<NodeGradient> {
-    let weights: Vec<[f64; 2]> = match objective {
-        SceneObjective::EnclosedArea { orientation, .. } => {
-            enclosed_area::gradient(&tip_path(states, probe))
-                .into_iter()
-                .map(|g| g.map(|v| area_sign(*orientation) * v))
-                .collect()
-        }
-        SceneObjective::Displacement {
-            component,
-            state,
-            sign,
-            ..
-        } => {
-            let mut weights = vec![[0.0; 2]; states.len()];
-            weights[*state][*component as usize] = *sign;
-            weights
-        }
-    };
-    let nodes = probe_gradient.first()?[0].len();
-    let mut total = vec![[0.0; 2]; nodes];
-    for (weight, gradients) in weights.iter().zip(probe_gradient) {
-        for (w, gradient) in weight.iter().zip(gradients) {
-            if *w != 0.0 {
-                for (t, g) in total.iter_mut().zip(gradient) {
-                    t[0] += w * g[0];
-                    t[1] += w * g[1];
-                }
-            }
-        }
-    }
-    Some(total)
-}
-
-fn objective_gradient(
-    scene: &Scene,
-    analysis: &Analysis,
-    probe: Option<usize>,
-) -> Option<NodeGradient> {
-    combine_gradient(
-        scene.objective.as_ref()?,
-        &analysis.states,
-        probe?,
-        &analysis.probe_gradient,
-    )
+    analysis.sensitivities.combine(&weights)
 }
 
 /// First crossing of walls over the path, else the first fold of a corner.
@@ -310,7 +247,7 @@ fn answer(
     scene: &Scene,
     analysis: &Analysis,
     laws: &[MaterialLaw],
-    probe: Option<usize>,
+    goal: Option<&Goal<PlacedProbe>>,
     scaled_jacobian: Option<f64>,
 ) -> SceneAnswer {
     let (status, reason, limit) = match &analysis.end {
@@ -329,9 +266,10 @@ fn answer(
             pressure_kpa: s.point.pressure_kpa.clone(),
             negative_pivots: s.negative_pivots,
         });
-    let tips = probe
-        .filter(|_| complete)
-        .map(|p| tip_path(&analysis.states, p));
+    let goal = goal.filter(|_| complete);
+    let tips = goal
+        .and_then(|g| g.measure.tip())
+        .map(|p| tip_displacements(&analysis.states, *p));
     SceneAnswer {
         status,
         reason,
@@ -345,15 +283,7 @@ fn answer(
             .iter()
             .map(|s| state_answer(scene, s))
             .collect(),
-        objective: complete
-            .then(|| {
-                Some(objective_value(
-                    scene.objective.as_ref()?,
-                    &analysis.states,
-                    probe?,
-                ))
-            })
-            .flatten(),
+        objective: goal.map(|g| g.objective(g.measure.value(&analysis.states)).0),
         enclosed_area_mm2: tips.as_deref().map(enclosed_area::area),
         self_crossing: tips.as_deref().is_some_and(enclosed_area::crosses_itself),
         area_sampling_error_mm2: tips

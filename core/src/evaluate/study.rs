@@ -2,13 +2,13 @@
 
 use super::analysis::{Analysis, Wanted, analyse};
 use super::limits::Extremum;
-use super::scene::{combine_gradient, mesh_actuator, objective_value, overlap_report};
+use super::measure::{PlacedProbe, by_place, tip_displacements};
+use super::scene::{goal_gradient, mesh_actuator, overlap_report, placed_goal, probe_points};
 use crate::adjoint::NodeGradient;
 use crate::equilibrium::{NotConverged, Observer, PathEnd, Settings};
-use crate::mesh::{MappedMesh, locate};
+use crate::mesh::MappedMesh;
 use crate::objective::enclosed_area;
-use crate::objective::probe::ProbePoint;
-use crate::scene::{Body, Orientation, Scene, SceneObjective};
+use crate::scene::{Body, Bound, Goal, Measure, Orientation, Scene};
 use crate::study::spec::{Model, StepConstraints};
 use crate::study::{
     EvaluationReport, EvaluationRequest, Outcome, OutcomeStatus, StateReport, Study, StudyError,
@@ -28,6 +28,32 @@ pub fn evaluate(
     }
 }
 
+/// The bounds of a step with their probes as the analysis has them.
+fn placed_bounds(
+    study: &Study,
+    step: usize,
+    scene: &Scene,
+) -> Result<Vec<Bound<PlacedProbe>>, StudyError> {
+    let StepConstraints::Chambers(constraints) = &study.step(step)?.constraints else {
+        return Err(StudyError::NoChambers { step });
+    };
+    let place = by_place(&scene.probes);
+    constraints
+        .bounds
+        .iter()
+        .map(|b| {
+            Ok(Bound {
+                measure: b
+                    .measure
+                    .map_probes(&place)
+                    .ok_or(StudyError::NoChambers { step })?,
+                at_least: b.at_least,
+                at_most: b.at_most,
+            })
+        })
+        .collect()
+}
+
 /// The limits of a step and their rows: stretch / limit - 1 per chamber corner, then (least gap - gap) / wall per chamber,
 /// both of order one.
 struct LimitRows {
@@ -35,10 +61,12 @@ struct LimitRows {
     stretch: Option<(f64, f64)>,
     /// Least gap and least wall, mm.
     gap: Option<(f64, f64)>,
+    /// Bounds on measures, whose rows come last.
+    bounds: Vec<Bound<PlacedProbe>>,
 }
 
 impl LimitRows {
-    fn new(study: &Study, step: usize) -> Result<Self, StudyError> {
+    fn new(study: &Study, step: usize, scene: &Scene) -> Result<Self, StudyError> {
         let (Some(body), StepConstraints::Chambers(constraints)) =
             (&study.body, &study.step(step)?.constraints)
         else {
@@ -49,6 +77,7 @@ impl LimitRows {
         Ok(Self {
             stretch: limit.map(|limit| (limit, constraints.stretch_length_mm)),
             gap: gap.map(|least| (least, constraints.wall_mm)),
+            bounds: placed_bounds(study, step, scene)?,
         })
     }
 
@@ -104,17 +133,21 @@ fn attempt(
         Err(reason) => return infeasible(reason.to_string()),
     };
     let body = mesh.discretisation.clone();
-    let Some(place) = scene
-        .probes
-        .first()
-        .and_then(|p| locate(&body.mesh, p.at_mm))
-    else {
+    let Ok(probes) = probe_points(&scene, &body) else {
         return infeasible("the tip lies in a chamber".to_owned());
     };
-    let probe = ProbePoint::new(&body.mesh, place.block, place.element, place.local);
-    let limits = LimitRows::new(study, step)?;
+    let limits = LimitRows::new(study, step, &scene)?;
+    let goal = placed_goal(&scene).ok_or(StudyError::NoChambers { step })?;
+    let measures = [&goal.measure]
+        .into_iter()
+        .chain(limits.bounds.iter().map(|b| &b.measure));
+    let gradients_of = if request.want_gradient {
+        measures.cloned().collect()
+    } else {
+        Vec::new()
+    };
     let wanted = Wanted {
-        probe_gradient: request.want_gradient.then_some(0),
+        gradients_of,
         stretch_radius: limits.stretch.map(|(_, radius)| radius),
         wall_gaps: limits.gap.is_some(),
         limit_gradients: request.want_gradient,
@@ -130,7 +163,7 @@ fn attempt(
         body,
         &chain.materials,
         &scene.actuation,
-        &[probe],
+        &probes,
         &settings,
         &wanted,
         observer,
@@ -138,7 +171,7 @@ fn attempt(
         Ok(analysis) => analysis,
         Err(reason) => return infeasible(reason.to_string()),
     };
-    let report = report(&scene, &analysis);
+    let report = report(&goal, &limits.bounds, &analysis);
     let mut outcome = Outcome::without_values(status(&analysis));
     if outcome.status == OutcomeStatus::Ok {
         // Either sense counts and the request leaves it open: the better one, of objective -|A|.
@@ -146,7 +179,7 @@ fn attempt(
             request.orientation,
             report.enclosed_area_mm2,
             &study.step(step)?.target,
-        ) && target.counts_either_sense()
+        ) && target.either_sense
         {
             scene = study.scene(step, &request.x, Some(Orientation::of_area(area)))?;
         }
@@ -184,7 +217,7 @@ fn status(analysis: &Analysis) -> OutcomeStatus {
     }
 }
 
-/// Objective, constraints (geometric rows, then those of the limits) and gradients of a complete path.
+/// Objective, constraints (geometric rows, then those of the limits, then those of the bounds) and gradients of a complete path.
 fn fill(
     study: &Study,
     request: &EvaluationRequest,
@@ -195,26 +228,41 @@ fn fill(
     outcome: &mut Outcome,
 ) -> Result<(), StudyError> {
     let (step, x) = (request.step, &request.x);
-    let Some(objective) = &scene.objective else {
-        return Err(StudyError::NoChambers { step });
-    };
-    outcome.objective = Some(objective_value(objective, &analysis.states, 0));
+    let states = &analysis.states;
+    let goal = placed_goal(scene).ok_or(StudyError::NoChambers { step })?;
+    outcome.objective = Some(goal.objective(goal.measure.value(states)).0);
     let (mut values, mut gradients) = study.geometry_rows(step, x)?;
     values.extend(limits.of(analysis).map(|(value, ..)| value));
+    let bound_rows = || {
+        limits
+            .bounds
+            .iter()
+            .flat_map(|b| b.values(b.measure.value(states)))
+    };
+    values.extend(bound_rows().map(|(value, _)| value));
     outcome.constraints = values;
     if !request.want_gradient {
         return Ok(());
     }
     let to_design =
         |nodes: &NodeGradient| study.design_gradient(step, x, &corner_gradient(mesh, nodes));
-    if let Some(nodes) = combine_gradient(objective, &analysis.states, 0, &analysis.probe_gradient)
-    {
+    if let Some(nodes) = goal_gradient(&goal, analysis) {
         outcome.gradient = Some(to_design(&nodes)?);
     }
     for (_, nodes, factor) in limits.of(analysis) {
         let Some(nodes) = nodes else { continue };
         let gradient = to_design(nodes)?;
         gradients.push(gradient.into_iter().map(|g| factor * g).collect());
+    }
+    for bound in &limits.bounds {
+        let weights = bound.measure.weights(states);
+        let Some(nodes) = analysis.sensitivities.combine(&weights) else {
+            continue;
+        };
+        let gradient = to_design(&nodes)?;
+        for (_, slope) in bound.values(0.0) {
+            gradients.push(gradient.iter().map(|g| slope * g).collect());
+        }
     }
     outcome.constraint_gradients = Some(gradients);
     Ok(())
@@ -235,12 +283,28 @@ fn corner_gradient(mesh: &MappedMesh, nodes: &NodeGradient) -> Vec<f64> {
     sum
 }
 
-fn report(scene: &Scene, analysis: &Analysis) -> EvaluationReport {
-    let tips: Vec<[f64; 2]> = analysis.states.iter().map(|s| s.displacement[0]).collect();
-    let area = matches!(scene.objective, Some(SceneObjective::EnclosedArea { .. }))
-        && analysis.end == PathEnd::Complete;
+fn report(
+    goal: &Goal<PlacedProbe>,
+    bounds: &[Bound<PlacedProbe>],
+    analysis: &Analysis,
+) -> EvaluationReport {
+    let states = &analysis.states;
+    let complete = analysis.end == PathEnd::Complete;
+    let area = match &goal.measure {
+        Measure::EnclosedArea { probe, .. } if complete => {
+            Some(enclosed_area::area(&tip_displacements(states, *probe)))
+        }
+        _ => None,
+    };
+    let measures = [&goal.measure]
+        .into_iter()
+        .chain(bounds.iter().map(|b| &b.measure));
     EvaluationReport {
-        enclosed_area_mm2: area.then(|| enclosed_area::area(&tips)),
+        enclosed_area_mm2: area,
+        measures: measures
+            .filter(|_| complete)
+            .map(|m| m.value(states))
+            .collect(),
         path: analysis
             .states
             .iter()

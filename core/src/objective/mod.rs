@@ -1,4 +1,6 @@
-//! What is minimised over the path.
+//! What is minimised or bounded over the path.
 
+pub mod bending_angle;
 pub mod enclosed_area;
 pub mod probe;
+pub mod tip_path;

@@ -5,6 +5,7 @@
 pub(crate) mod actuation;
 pub(crate) mod actuator;
 mod material;
+pub mod measure;
 mod mesh_file;
 mod resolved;
 mod shape;
@@ -22,6 +23,7 @@ use crate::geometry::{Actuator, Point};
 use crate::material::MaterialLaw;
 
 pub use material::{material_document, read_material, read_per_unit};
+pub use measure::{Bound, Goal, Measure, Sense};
 pub use validate::read_scene;
 
 /// A resolved scene; it serialises to the document that reads back to it.
@@ -40,7 +42,7 @@ pub struct Scene {
     /// Named points of the reference shape, in the document's order.
     pub probes: Vec<Probe>,
     /// What is evaluated over the path.
-    pub objective: Option<SceneObjective>,
+    pub objective: Option<Goal<String>>,
 }
 
 /// What is analysed.
@@ -184,38 +186,4 @@ impl Orientation {
             Self::CounterClockwise
         }
     }
-}
-
-/// A displacement component.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Component {
-    /// Along the actuator.
-    X,
-    /// Across it.
-    Y,
-}
-
-/// What is evaluated over the path.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum SceneObjective {
-    /// The area that a probe's closed path encloses (Eq. 3), mm^2.
-    EnclosedArea {
-        /// Name of the probe.
-        probe: String,
-        /// Its sense.
-        orientation: Orientation,
-    },
-    /// sign * displacement component of a probe at a state of the path, mm.
-    Displacement {
-        /// Name of the probe.
-        probe: String,
-        /// Component.
-        component: Component,
-        /// Index in the path.
-        state: usize,
-        /// +1 or -1.
-        sign: f64,
-    },
 }

@@ -58,7 +58,14 @@ impl Scene {
             .map(|p| (p.name.clone(), json!(p.at_mm)))
             .collect();
         put("probes", Value::Object(probes));
-        put("objective", json!(self.objective));
+        put(
+            "objective",
+            json!(
+                self.objective
+                    .as_ref()
+                    .map(|o| o.document("", |p| json!(p)))
+            ),
+        );
         Value::Object(map)
     }
 }

@@ -9,10 +9,9 @@ use super::actuator::read_actuator;
 use super::material::{read_material, read_per_unit};
 use super::mesh_file::read_groups;
 use super::shape::strictly_inside;
-use super::target::{read_displacement, read_kind};
+use super::target::{MeasureReader, read_one_orientation};
 use super::{
-    ActuatorBody, Body, ContactMode, ElementChoice, MeshFileBody, MeshRequest, Orientation, Probe,
-    Scene, SceneObjective,
+    ActuatorBody, Body, ContactMode, ElementChoice, Goal, MeshFileBody, MeshRequest, Probe, Scene,
 };
 use crate::actuation::ActuationCycle;
 use crate::document::{Node, Object, read};
@@ -277,36 +276,19 @@ fn read_objective(
     node: &Node<'_>,
     probes: Option<&[Probe]>,
     actuation: Option<&ActuationCycle>,
-) -> Option<SceneObjective> {
-    let object = node.open()?;
-    let area = read_kind(&object, "probe")?;
-    let probe = object.required("probe").and_then(|n| {
+) -> Option<Goal<String>> {
+    let probe = |n: &Node<'_>| {
         let name = n.text()?;
         if probes.is_some_and(|list| list.iter().all(|p| p.name != name)) {
             return n.fault(format!("no probe is named \"{name}\""));
         }
         Some(name.to_string())
-    });
-    if area {
-        let orientation = object.or("orientation", Orientation::CounterClockwise, |n| {
-            if n.value().as_str() == Some("either") {
-                return n.fault("\"either\" is for studies: an analysis counts one sense");
-            }
-            n.choice(&[
-                ("counter_clockwise", Orientation::CounterClockwise),
-                ("clockwise", Orientation::Clockwise),
-            ])
-        });
-        return Some(SceneObjective::EnclosedArea {
-            probe: probe?,
-            orientation: orientation?,
-        });
+    };
+    MeasureReader {
+        suffix: "",
+        probe: &probe,
+        orientation: &read_one_orientation,
+        actuation,
     }
-    let displacement = read_displacement(&object, actuation);
-    Some(SceneObjective::Displacement {
-        probe: probe?,
-        component: displacement.component?,
-        state: displacement.state?,
-        sign: displacement.sign?,
-    })
+    .goal(node)
 }

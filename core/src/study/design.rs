@@ -4,10 +4,11 @@ use super::error::StudyError;
 use super::read::Bounds;
 use super::spec::{
     FeCascade, Layout, Model, Parametrisation, StepConstraints, Study, StudyActuator, StudyBody,
-    StudyStep, Target, Variables,
+    StudyStep, Variables,
 };
-use crate::geometry::{Actuator, StackedPair, VARIABLES_PER_UNIT, cascade, units_of_design};
-use crate::scene::{ActuatorBody, Body, MeshRequest, Orientation, Probe, Scene, SceneObjective};
+use crate::geometry::{Actuator, Point, StackedPair, VARIABLES_PER_UNIT, cascade, units_of_design};
+use crate::scene::measure::{Bound, Goal, Measure};
+use crate::scene::{ActuatorBody, Body, MeshRequest, Orientation, Probe, Scene};
 
 /// Name of a target's probe in the scenes of a study.
 pub const TIP: &str = "tip";
@@ -136,6 +137,38 @@ impl Study {
         Ok(cascade(unit, body.actuator.unit_mm, body.actuator.units))
     }
 
+    /// The probes of a step: first the tip, which is the point that the target follows, else the middle of the end face;
+    /// then the other points of its target and bounds.
+    pub fn probes(&self, step: usize) -> Result<Vec<Probe>, StudyError> {
+        let (body, s, _) = self.chambers(step)?;
+        let StepConstraints::Chambers(constraints) = &s.constraints else {
+            return Err(StudyError::NoChambers { step });
+        };
+        let target = s.target.as_ref().ok_or(StudyError::NoChambers { step })?;
+        let [w, h] = body.actuator.unit_mm;
+        let end_face = [w * body.actuator.units as f64, h / 2.0];
+        let mut points = vec![*target.goal.measure.tip().unwrap_or(&end_face)];
+        let measures = constraints.bounds.iter().map(|b| &b.measure);
+        for probe in [&target.goal.measure]
+            .into_iter()
+            .chain(measures)
+            .flat_map(Measure::probes)
+        {
+            if !points.contains(probe) {
+                points.push(*probe);
+            }
+        }
+        let probe = |(k, at_mm)| Probe {
+            name: if k == 0 {
+                TIP.into()
+            } else {
+                format!("probe-{k}")
+            },
+            at_mm,
+        };
+        Ok(points.into_iter().enumerate().map(probe).collect())
+    }
+
     /// The scene that one evaluation solves.
     pub fn scene(
         &self,
@@ -145,28 +178,22 @@ impl Study {
     ) -> Result<Scene, StudyError> {
         let actuator = self.actuator(step, x)?;
         let (body, s, model) = self.chambers(step)?;
-        let probe_mm = match &s.target {
-            Some(Target::EnclosedArea { probe_mm, .. } | Target::Displacement { probe_mm, .. }) => {
-                *probe_mm
-            }
-            None => return Err(StudyError::NoChambers { step }),
-        };
-        let objective = s.target.as_ref().map(|target| match target {
-            Target::EnclosedArea { orientation: o, .. } => SceneObjective::EnclosedArea {
-                probe: TIP.into(),
-                orientation: orientation.unwrap_or(o.senses()[0]),
-            },
-            Target::Displacement {
-                component,
-                state,
-                sign,
-                ..
-            } => SceneObjective::Displacement {
-                probe: TIP.into(),
-                component: *component,
-                state: *state,
-                sign: *sign,
-            },
+        let probes = self.probes(step)?;
+        let target = s.target.as_ref().ok_or(StudyError::NoChambers { step })?;
+        let name = |at: &Point| probes.iter().find(|p| p.at_mm == *at);
+        let measure = target
+            .goal
+            .measure
+            .map_probes(|at| Some(name(at)?.name.clone()));
+        let mut measure = measure.ok_or(StudyError::NoChambers { step })?;
+        if let (Measure::EnclosedArea { orientation: o, .. }, Some(sense)) =
+            (&mut measure, orientation)
+        {
+            *o = sense;
+        }
+        let objective = Some(Goal {
+            measure,
+            sense: target.goal.sense,
         });
         Ok(Scene {
             body: Body::Actuator(ActuatorBody {
@@ -180,10 +207,7 @@ impl Study {
             },
             contact: model.contact,
             relative_residual_force_tolerance: model.relative_residual_force_tolerance,
-            probes: vec![Probe {
-                name: TIP.into(),
-                at_mm: probe_mm,
-            }],
+            probes,
             objective,
         })
     }
@@ -221,7 +245,8 @@ impl Study {
     }
 
     /// Number of constraint values of a step: of a finite-element model the geometric rows and, with a stretch limit,
-    /// one row per chamber corner, with a limit of the gap one per chamber.
+    /// one row per chamber corner, with a limit of the gap one per chamber, and one per end
+    /// of each bound.
     pub fn constraint_count(&self, step: usize) -> Result<usize, StudyError> {
         let s = self.step(step)?;
         match &s.constraints {
@@ -235,7 +260,8 @@ impl Study {
                 let stretch = body.stretch_limit(constraints).map_or(0, |_| corners);
                 let gaps = constraints.wall_gap.least_mm();
                 let gaps = gaps.map_or(0, |_| 2);
-                Ok(self.geometric_rows(step)? + stretch + gaps)
+                let bounds: usize = constraints.bounds.iter().map(Bound::rows).sum();
+                Ok(self.geometric_rows(step)? + stretch + gaps + bounds)
             }
         }
     }

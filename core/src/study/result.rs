@@ -94,6 +94,10 @@ pub struct Outcome {
 pub struct EvaluationReport {
     /// Enclosed area of the tip path, counter-clockwise positive, mm^2.
     pub enclosed_area_mm2: Option<f64>,
+    /// Values of the target's measure and of those of the bounds, in the document's order; empty where the path is not
+    /// complete.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<f64>,
     /// States of the path.
     pub path: Vec<StateReport>,
     /// First state where walls cross.

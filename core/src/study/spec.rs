@@ -4,13 +4,14 @@
 //! in mm, stress in MPa, pressure in kPa.
 
 use serde::{Serialize, Serializer};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::actuation::ActuationCycle;
 use crate::geometry::Point;
 use crate::material::{MaterialLaw, records};
 use crate::optimiser::OptimiserOptions;
-use crate::scene::{Component, ContactMode, ElementChoice, Orientation, material_document};
+use crate::scene::measure::{Bound, Goal, Measure};
+use crate::scene::{ContactMode, ElementChoice, Orientation, material_document};
 
 /// A study whose document had no fault.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -111,39 +112,13 @@ pub struct StudyStep {
 }
 
 /// What is minimised over the actuation cycle.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Target {
-    /// The area that a point's closed path encloses (Eq. 3), mm^2.
-    EnclosedArea {
-        /// The point in the reference shape.
-        probe_mm: Point,
-        /// Its sense.
-        orientation: StudyOrientation,
-    },
-    /// sign * displacement component of a point at a state of the path, mm.
-    Displacement {
-        /// The point in the reference shape.
-        probe_mm: Point,
-        /// Component.
-        component: Component,
-        /// Index in the path.
-        state: usize,
-        /// +1 or -1.
-        sign: f64,
-    },
-}
-
-/// Sense in which an enclosed area counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StudyOrientation {
-    /// The objective is -A.
-    CounterClockwise,
-    /// The objective is +A.
-    Clockwise,
-    /// Each start becomes two restarts, one of each sense; a sweep is one restart, whose objective is -|A|.
-    Either,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// The measure, of points in the reference shape, and what is done with it.
+    pub goal: Goal<Point>,
+    /// Whether an enclosed area counts in either sense: each start becomes two restarts, one of each sense; a sweep is one
+    /// restart, whose points count in their better sense.
+    pub either_sense: bool,
 }
 
 /// What evaluates a design.
@@ -212,7 +187,8 @@ pub enum Parametrisation {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum StepConstraints {
-    /// Of finite-element models: spike rows, wall rows, then a stretch row per chamber corner and a gap row per chamber.
+    /// Of finite-element models: spike rows, wall rows, then a stretch row per chamber corner, a gap row per
+    /// chamber, and a row per end of each bound.
     Chambers(ChamberConstraints),
     /// Of command models: how many values the program gives.
     Counts {
@@ -237,6 +213,9 @@ pub struct ChamberConstraints {
     /// Least gap between facing walls of a chamber.
     #[serde(rename = "wall_gap_mm")]
     pub wall_gap: WallGap,
+    /// Bounds on measures over the path.
+    #[serde(serialize_with = "bounds_as_documents")]
+    pub bounds: Vec<Bound<Point>>,
 }
 
 /// Limit of the gap between facing walls.
@@ -361,27 +340,34 @@ impl StudyMaterial {
 }
 
 impl Target {
-    /// Whether an enclosed area counts in either sense.
-    pub fn counts_either_sense(&self) -> bool {
-        matches!(
-            self,
-            Self::EnclosedArea {
-                orientation: StudyOrientation::Either,
-                ..
-            }
-        )
+    /// The senses in which restarts run; `None` for a target without one.
+    pub fn senses(&self) -> Vec<Option<Orientation>> {
+        match self.goal.measure {
+            Measure::EnclosedArea { .. } if self.either_sense => vec![
+                Some(Orientation::CounterClockwise),
+                Some(Orientation::Clockwise),
+            ],
+            Measure::EnclosedArea { orientation, .. } => vec![Some(orientation)],
+            _ => vec![None],
+        }
     }
 }
 
-impl StudyOrientation {
-    /// The senses in which restarts run.
-    pub fn senses(self) -> &'static [Orientation] {
-        match self {
-            Self::CounterClockwise => &[Orientation::CounterClockwise],
-            Self::Clockwise => &[Orientation::Clockwise],
-            Self::Either => &[Orientation::CounterClockwise, Orientation::Clockwise],
+impl Serialize for Target {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = self.goal.document("_mm", |p| json!(p));
+        if self.either_sense {
+            map.insert("orientation".into(), json!("either"));
         }
+        map.serialize(serializer)
     }
+}
+
+fn bounds_as_documents<S: Serializer>(
+    bounds: &[Bound<Point>],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(bounds.iter().map(|b| b.document("_mm", |p| json!(p))))
 }
 
 impl Serialize for StudyMaterial {

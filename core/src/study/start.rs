@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::StudyError;
 use super::random::{SplitMix64, start_seed};
-use super::spec::{Restarts, StartKind, Study, StudyStep, Target};
+use super::spec::{Restarts, StartKind, Study, StudyStep};
 use crate::optimiser::OptimiserOptions;
 use crate::scene::Orientation;
 
@@ -52,11 +52,9 @@ impl StudyStep {
     fn senses(&self) -> Vec<Option<Orientation>> {
         let sweeps = matches!(self.optimiser, OptimiserOptions::Sweep(_));
         match &self.target {
-            Some(target) if sweeps && target.counts_either_sense() => vec![None],
-            Some(Target::EnclosedArea { orientation, .. }) => {
-                orientation.senses().iter().copied().map(Some).collect()
-            }
-            _ => vec![None],
+            Some(target) if sweeps && target.either_sense => vec![None],
+            Some(target) => target.senses(),
+            None => vec![None],
         }
     }
 

@@ -1,6 +1,7 @@
 //! Reads a step's constraints.
 
 use super::study::DEFAULT_WALL_MM;
+use super::target::read_bounds;
 use crate::document::{Node, Object};
 use crate::study::spec::{ChamberConstraints, StepConstraints, StretchLimit, StudyBody, WallGap};
 
@@ -34,6 +35,7 @@ pub fn read_chamber_constraints(
             stretch: StretchLimit::Material,
             stretch_length_mm: DEFAULT_STRETCH_LENGTH_MM,
             wall_gap: WallGap::Least(DEFAULT_WALL_GAP_MM),
+            bounds: Vec::new(),
         };
         let complaint = stretch_complaint(&constraints, wall, has_limit);
         if let Some((_, message)) = complaint {
@@ -48,6 +50,7 @@ pub fn read_chamber_constraints(
         "stretch",
         "stretch_length_mm",
         "wall_gap_mm",
+        "bounds",
     ])?;
     let wall_mm = object.or("wall_mm", wall, Node::positive);
     let spike_deg = object.or("spike_deg", DEFAULT_SPIKE_DEG, |n| n.number_in(0.1, 60.0));
@@ -62,12 +65,14 @@ pub fn read_chamber_constraints(
         WallGap::Least(DEFAULT_WALL_GAP_MM),
         read_wall_gap,
     );
+    let bounds = object.or("bounds", Vec::new(), |n| read_bounds(n, body));
     let constraints = ChamberConstraints {
         wall_mm: wall_mm?,
         spike_deg: spike_deg?,
         stretch: stretch?,
         stretch_length_mm: length?,
         wall_gap: gap?,
+        bounds: bounds?,
     };
     if let Some((field, message)) = stretch_complaint(&constraints, wall, has_limit) {
         object.fault(field, message);
