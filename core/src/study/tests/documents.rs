@@ -19,10 +19,12 @@ optimiser = { method = "mmfd", gradient = "model", difference_step = 1e-3, max_i
 restarts = { start = "given", points = [[1.0, 1.0]] }
 "#;
 
-const EXAMPLES: [&str; 4] = [
+const EXAMPLES: [&str; 6] = [
     "paper-hierarchical",
     "asymmetric-bending",
     "rectangles",
+    "bend-90",
+    "follow-path",
     "three-bar-truss",
 ];
 
@@ -528,4 +530,70 @@ fn no_single_odd_value_is_more_than_a_fault() {
         });
         assert!(read > 10 && refused > 200, "{name}: {read} {refused}");
     }
+}
+
+#[test]
+fn targets_and_bounds_say_what_is_wrong_with_them() {
+    let base = example("bend-90");
+    assert_eq!(faults(&base), Vec::<String>::new());
+    let bound = "step[0].constraints.bounds";
+    for (assignment, path) in [
+        (
+            "step[0].target={\"kind\": \"chamber_area\", \"channel\": 2, \"leg\": 0, \"sense\": \"minimise\"}",
+            "step[0].target.channel",
+        ),
+        (
+            "step[0].target={\"kind\": \"chamber_area\", \"channel\": 0, \"leg\": 1, \"sense\": \"minimise\"}",
+            "step[0].target.leg",
+        ),
+        (
+            "step[0].target={\"kind\": \"chamber_area\", \"channel\": 0, \"leg\": 0}",
+            "step[0].target",
+        ),
+        ("step[0].target.reach=5", "step[0].target.reach"),
+        ("step[0].target.state=1", "step[0].target.leg"),
+        ("step[0].target.sense=up", "step[0].target.sense"),
+        (
+            "step[0].target={\"kind\": \"displacement\", \"probe_mm\": [480, 40], \"direction\": [0, 0], \"leg\": 0}",
+            "step[0].target.direction",
+        ),
+        (
+            "step[0].target={\"kind\": \"displacement\", \"probe_mm\": [480, 40], \"component\": \"x\", \"direction\": [0, 1], \"leg\": 0}",
+            "step[0].target.direction",
+        ),
+        (
+            "step[0].target={\"kind\": \"tip_path\", \"probe_mm\": [480, 40], \"points_mm\": [[0, 0], [1, 1], [2, 2]]}",
+            "step[0].target.points_mm",
+        ),
+        (
+            "step[0].constraints.bounds=[{\"kind\": \"bending_angle\", \"probes_mm\": [[480, 0], [480, 0]], \"leg\": 0, \"at_least\": 1}]",
+            "step[0].constraints.bounds[0].probes_mm",
+        ),
+        (
+            "step[0].constraints.bounds=[{\"kind\": \"bending_angle\", \"probes_mm\": [[480, 0], [40, 20]], \"leg\": 0, \"at_least\": 1}]",
+            "step[0].constraints.bounds[0].probes_mm[1]",
+        ),
+        (
+            "step[0].constraints.bounds=[{\"kind\": \"enclosed_area\", \"probe_mm\": [480, 40]}]",
+            "step[0].constraints.bounds[0]",
+        ),
+        (
+            "step[0].constraints.bounds=[{\"kind\": \"enclosed_area\", \"probe_mm\": [480, 40], \"orientation\": \"either\", \"at_most\": 1}]",
+            "step[0].constraints.bounds[0].orientation",
+        ),
+        (
+            "step[0].constraints.bounds=[{\"kind\": \"enclosed_area\", \"probe_mm\": [480, 40], \"at_least\": 2, \"at_most\": 1}]",
+            "step[0].constraints.bounds[0].at_most",
+        ),
+    ] {
+        assert_eq!(faults(&with(&base, &[assignment])), [path], "{assignment}");
+    }
+    let both = format!(
+        "{bound}=[{{\"kind\": \"chamber_area\", \"channel\": 0, \"state\": 1, \"at_least\": 1, \"at_most\": 2}}]"
+    );
+    let study = study(&with(&base, &[&both]));
+    assert_eq!(
+        study.constraint_count(0).expect("a step"),
+        super::study(&base).constraint_count(0).expect("a step") + 1
+    );
 }

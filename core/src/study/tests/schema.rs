@@ -76,6 +76,8 @@ fn what_reads_conforms() {
         "paper-hierarchical",
         "asymmetric-bending",
         "rectangles",
+        "bend-90",
+        "follow-path",
         "three-bar-truss",
     ] {
         assert!(conforms(&schema, &example(name)), "{name}");
