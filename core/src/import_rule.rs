@@ -66,7 +66,6 @@ const RULE: &[(&str, &[&str])] = &[
             "material",
             "mesh",
             "objective",
-            "optimiser",
             "scene",
             "study",
         ],

@@ -2,13 +2,10 @@
 //! overlap dashed and labelled.
 
 use super::axis::Axis;
+use super::frame::{self, COLOURS};
 use super::svg::{Anchor, Svg, polyline};
 use super::text;
 
-/// Okabe and Ito's colours without yellow and black.
-const COLOURS: [&str; 6] = [
-    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00",
-];
 const MARGIN_LEFT: f64 = 92.0;
 const MARGIN_TOP: f64 = 44.0;
 const PLOT: [f64; 2] = [600.0, 380.0];
@@ -147,10 +144,7 @@ impl CurvePicture {
             );
         }
         draw_legend(&mut svg, &legend);
-        for (i, line) in caption.iter().enumerate() {
-            let y = foot + 16.0 * (i + 1) as f64;
-            svg.text([20.0, y], 12.0, Anchor::Start, "fill=\"#333333\"", line);
-        }
+        frame::caption(&mut svg, foot, &caption);
         svg.finish()
     }
 
@@ -168,27 +162,13 @@ impl CurvePicture {
             svg.line([left, y], [right, y], grid);
             svg.text([left - 8.0, y + 4.5], 13.0, Anchor::End, dark, &label);
         }
-        let frame = "fill=\"none\" stroke=\"#444444\" stroke-width=\"1\"";
-        svg.rectangle([left, top], [right - left, bottom - top], frame);
-        let middle = [f64::midpoint(left, right), f64::midpoint(top, bottom)];
-        svg.text(
-            [middle[0], bottom + 42.0],
-            14.0,
-            Anchor::Middle,
-            dark,
-            &self.time_label,
+        frame::draw(
+            svg,
+            [left, top],
+            [right - left, bottom - top],
+            &self.title,
+            [&self.time_label, &self.objective_label],
         );
-        let turned = format!("{dark} transform=\"rotate(-90 22 {:.1})\"", middle[1]);
-        svg.text(
-            [22.0, middle[1]],
-            14.0,
-            Anchor::Middle,
-            &turned,
-            &self.objective_label,
-        );
-        let bold = format!("{dark} font-weight=\"bold\"");
-        let title = text::shortened_bold(&self.title, right - left, 15.0);
-        svg.text([left, 26.0], 15.0, Anchor::Start, &bold, &title);
     }
 
     fn legend(&self) -> Vec<Entry> {

@@ -4,6 +4,7 @@
 
 pub mod axis;
 pub mod curve;
+mod frame;
 pub mod scatter;
 #[cfg(feature = "solver")]
 pub mod shape;

@@ -1,11 +1,9 @@
 //! Points on two logarithmic axes: error against run time.
 
+use super::frame::{self, COLOURS};
 use super::svg::{Anchor, Svg, polyline};
 use super::text;
 
-const COLOURS: [&str; 6] = [
-    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00",
-];
 const MARGIN: [f64; 2] = [92.0, 44.0];
 const PLOT: [f64; 2] = [600.0, 420.0];
 const LEGEND: f64 = 230.0;
@@ -117,10 +115,7 @@ impl ScatterPicture {
                 &series.label,
             );
         }
-        for (i, line) in caption.iter().enumerate() {
-            let y = foot + 16.0 * (i + 1) as f64;
-            svg.text([20.0, y], 12.0, Anchor::Start, "fill=\"#333333\"", line);
-        }
+        frame::caption(&mut svg, foot, &caption);
         svg.finish()
     }
 
@@ -171,27 +166,13 @@ impl ScatterPicture {
                 }
             }
         }
-        let frame = "fill=\"none\" stroke=\"#444444\" stroke-width=\"1\"";
-        svg.rectangle([left, top], PLOT, frame);
-        let middle = [f64::midpoint(left, right), f64::midpoint(top, bottom)];
-        svg.text(
-            [middle[0], bottom + 42.0],
-            14.0,
-            Anchor::Middle,
-            dark,
-            &self.x_label,
+        frame::draw(
+            svg,
+            [left, top],
+            PLOT,
+            &self.title,
+            [&self.x_label, &self.y_label],
         );
-        let turned = format!("{dark} transform=\"rotate(-90 22 {:.1})\"", middle[1]);
-        svg.text(
-            [22.0, middle[1]],
-            14.0,
-            Anchor::Middle,
-            &turned,
-            &self.y_label,
-        );
-        let bold = format!("{dark} font-weight=\"bold\"");
-        let title = text::shortened_bold(&self.title, PLOT[0], 15.0);
-        svg.text([left, 26.0], 15.0, Anchor::Start, &bold, &title);
     }
 }
 
