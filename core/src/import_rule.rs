@@ -8,7 +8,8 @@ use std::path::Path;
 const RULE: &[(&str, &[&str])] = &[
     ("fault", &[]),
     ("actuation", &[]),
-    ("geometry", &[]),
+    ("random", &[]),
+    ("geometry", &["random"]),
     ("document", &["fault"]),
     ("optimiser", &["fault"]),
     ("lane", &[]),
@@ -26,6 +27,7 @@ const RULE: &[(&str, &[&str])] = &[
             "geometry",
             "material",
             "optimiser",
+            "random",
             "scene",
         ],
     ),

@@ -56,13 +56,14 @@
 //! |---|---|---|
 //! | [`fault`] | faults of a document with their paths | |
 //! | [`actuation`] | pressures over pseudo-time, the fixed load states | |
-//! | [`geometry`] | units, chambers, cascade, validity, mesh plan and block map | |
+//! | [`random`] | reproducible random numbers | |
+//! | [`geometry`] | units, chambers, cascade, validity, random designs, mesh plan and block map | random |
 //! | [`document`] | JSON values: parse, override, read | fault |
 //! | [`optimiser`] | ask/tell state machines over slices of `f64` | fault |
 //! | `lane` | four numbers side by side, for the kernels | |
 //! | [`material`] | laws, sourced records, energy derivatives | lane |
 //! | [`scene`] | one analysis as a document | actuation, document, geometry, material |
-//! | [`study`] | the study document, restarts as pure state machines | scene, optimiser and their imports |
+//! | [`study`] | the study document, restarts as pure state machines | random, scene, optimiser and their imports |
 //! | `element` | shape functions, quadrature, the mixed element | lane, material |
 //! | `linear` | order, analyse once, factorise, solve | |
 //! | `mesh` | the mesher of fixed topology, Gmsh input, VTU output | element, geometry, material, scene |
@@ -106,6 +107,7 @@ pub mod mesh;
 pub mod objective;
 pub mod optimiser;
 pub mod picture;
+pub mod random;
 pub mod scene;
 pub mod study;
 

@@ -5,6 +5,7 @@ mod cascade;
 mod design;
 mod plan;
 pub mod polygon;
+pub mod samples;
 mod unit;
 pub mod validity;
 

@@ -5,7 +5,6 @@ mod design;
 mod error;
 mod fingerprint;
 mod preset;
-mod random;
 mod read;
 pub mod restart;
 pub mod result;

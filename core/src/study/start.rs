@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::StudyError;
-use super::random::{SplitMix64, start_seed};
 use super::spec::{Restarts, StartKind, Study, StudyStep};
 use crate::optimiser::OptimiserOptions;
+use crate::random::{SplitMix64, start_seed};
 use crate::scene::Orientation;
 
 /// Random designs that may be refused by the geometric constraints before the last one is taken as it is: the optimiser
