@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use salp_core::evaluate::{SceneAnswer, SceneOptions, SceneSolution, SceneStatus, solve_scene};
+use salp_core::mesh::gmsh;
 use salp_core::mesh::vtu::{VtuData, vtu};
-use salp_core::scene::{Scene, read_scene};
+use salp_core::scene::{Body, Scene, read_scene};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -25,12 +26,19 @@ pub struct Solve {
     /// Draws the undeformed and the deformed shape with the tip path
     #[arg(long)]
     svg: Option<PathBuf>,
+    /// Writes the mesh for Gmsh (MSH 4.1) with the groups `left`, `channel-0`, `channel-1`, ... and `solid`: a `mesh_file`
+    #[arg(long)]
+    msh: Option<PathBuf>,
 }
 
 impl Solve {
     /// Solves and prints the answer.
     pub fn run(self, output: Output) -> Result<(), Failure> {
         let scene = read_scene(&self.scene.read()?, self.scene.folder())?;
+        if self.msh.is_some() && matches!(scene.body, Body::MeshFile(_)) {
+            let message = "the scene names a mesh file already";
+            return Err(Failure::fault("msh", message));
+        }
         let options = SceneOptions {
             fields: self.vtu.is_some() || self.svg.is_some(),
             ..SceneOptions::default()
@@ -40,6 +48,11 @@ impl Solve {
         let document = with_seconds(&solution.answer, stopwatch.document());
         if let Some(file) = &self.vtu {
             write_vtu(&solution, file)?;
+        }
+        if let (Some(file), Some(body)) = (&self.msh, &solution.body) {
+            // Writing to a string does not fail.
+            let content = gmsh::write(&gmsh::export(body)).unwrap_or_default();
+            write_file(file, &content)?;
         }
         if let (Some(file), Some(body)) = (&self.svg, &solution.body) {
             let name = self

@@ -1,4 +1,5 @@
 mod measures;
+mod mesh_export;
 
 use std::path::Path;
 
