@@ -58,6 +58,84 @@ pub fn least_scaled_jacobian(mesh: &Mesh) -> Option<(f64, usize)> {
     worst
 }
 
+/// Place of the shape function of each node along both directions.
+const PLACES: [[usize; 2]; 9] = [
+    [0, 0],
+    [1, 0],
+    [1, 1],
+    [0, 1],
+    [2, 0],
+    [1, 2],
+    [2, 1],
+    [0, 2],
+    [2, 2],
+];
+
+/// d(x, y)/d(xi, eta) of a quadrilateral of 4 or 9 nodes on [0, 1]^2.
+fn jacobian(x: &[Point], [xi, eta]: [f64; 2]) -> f64 {
+    // Values and slopes of the shape functions along one direction, by place: 0, 1 and, of 9 nodes, 1/2.
+    let along = |t: f64| match x.len() {
+        4 => ([1.0 - t, t, 0.0], [-1.0, 1.0, 0.0]),
+        _ => (
+            [
+                (2.0 * t - 1.0) * (t - 1.0),
+                t * (2.0 * t - 1.0),
+                4.0 * t * (1.0 - t),
+            ],
+            [4.0 * t - 3.0, 4.0 * t - 1.0, 4.0 - 8.0 * t],
+        ),
+    };
+    let ((n, dn), (m, dm)) = (along(xi), along(eta));
+    let (mut u, mut v) = ([0.0; 2], [0.0; 2]);
+    for (p, [i, j]) in x.iter().zip(PLACES) {
+        for c in 0..2 {
+            u[c] += dn[i] * m[j] * p[c];
+            v[c] += n[i] * dm[j] * p[c];
+        }
+    }
+    polygon::cross(u, v)
+}
+
+/// A lower bound of the Jacobian over a quadrilateral of 4 or 9 nodes: the least of its 4 x 4 Bezier coefficients, for it
+/// is a polynomial of degree 3 at most in each direction. Sharp for straight sides.
+pub fn jacobian_bound(x: &[Point]) -> f64 {
+    // From values at 0, 1/3, 2/3, 1 to the coefficients of the Bernstein polynomials of degree 3.
+    const BEZIER: [[f64; 4]; 4] = [
+        [1.0, 0.0, 0.0, 0.0],
+        [-5.0 / 6.0, 3.0, -1.5, 1.0 / 3.0],
+        [1.0 / 3.0, -1.5, 3.0, -5.0 / 6.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ];
+    let values: [[f64; 4]; 4] = std::array::from_fn(|i| {
+        std::array::from_fn(|j| jacobian(x, [i as f64 / 3.0, j as f64 / 3.0]))
+    });
+    let mut least = f64::INFINITY;
+    for row in BEZIER {
+        for column in BEZIER {
+            let coefficient: f64 = (0..16)
+                .map(|k| row[k / 4] * column[k % 4] * values[k / 4][k % 4])
+                .sum();
+            least = least.min(coefficient);
+        }
+    }
+    least
+}
+
+/// The least [`jacobian_bound`] of a mesh's quadrilaterals, mm^2; infinite without any.
+pub fn least_jacobian_bound(mesh: &Mesh) -> f64 {
+    let mut least = f64::INFINITY;
+    for block in &mesh.blocks {
+        if block.kind == ElementKind::Tri7 {
+            continue;
+        }
+        for nodes in block.nodes.chunks_exact(block.kind.nodes()) {
+            let x: Vec<Point> = nodes.iter().map(|n| mesh.nodes[*n as usize]).collect();
+            least = least.min(jacobian_bound(&x));
+        }
+    }
+    least
+}
+
 /// The longest chord between neighbouring corners of an element.
 pub fn longest_edge(mesh: &Mesh) -> f64 {
     let mut longest = 0.0_f64;
@@ -75,4 +153,38 @@ pub fn longest_edge(mesh: &Mesh) -> f64 {
         }
     }
     longest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bound_is_sharp_for_straight_sides_and_below_a_fold() {
+        let straight = [[0.0, 0.0], [2.0, 0.0], [3.0, 2.0], [0.0, 1.0]];
+        let corners = [2.0, 4.0, 5.0, 3.0];
+        let exact = corners.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!((jacobian_bound(&straight) - exact).abs() < 1e-12);
+        // The same with its mid-sides and centre, then with a side that bulges through the element.
+        let mid = |a: Point, b: Point| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+        let [a, b, c, d] = straight;
+        let centre = mid(mid(a, b), mid(d, c));
+        let mut nine = vec![
+            a,
+            b,
+            c,
+            d,
+            mid(a, b),
+            mid(b, c),
+            mid(c, d),
+            mid(d, a),
+            centre,
+        ];
+        assert!((jacobian_bound(&nine) - exact).abs() < 1e-12);
+        nine[4] = [1.0, 1.2];
+        let sampled = (0..=100)
+            .map(|k| jacobian(&nine, [0.5, 0.01 * f64::from(k)]))
+            .fold(f64::INFINITY, f64::min);
+        assert!(sampled < 0.0 && jacobian_bound(&nine) <= sampled);
+    }
 }

@@ -12,12 +12,18 @@ mod envelope;
 mod topology;
 
 use super::{Actuator, InfeasibleGeometry, MeshPlan, Point};
-use energy::Target;
+use energy::{Derivatives, Measure, Target};
 use envelope::Envelope;
 use topology::{Block, NONE, Topology};
 
 /// Newton steps of the minimisation, and rounds of untangling.
 const MAX_STEPS: usize = 100;
+/// The sliver measure joins when no vertex moves farther than this part of the chain's length, or after so many steps.
+const SETTLED: f64 = 1e-2;
+const FIRST_STEPS: usize = 30;
+/// Parts of the Hessian's indefinite terms that are left out where it is not definite, from the first to all.
+const LEAST_RELIEF: f64 = 0.02;
+const RELIEF_GROWTH: f64 = 2.5;
 
 /// Solved positions of the blocks' vertices.
 #[derive(Clone, Debug)]
@@ -29,6 +35,8 @@ pub struct BlockMap {
     factor: Envelope,
     /// Newton steps taken.
     pub steps: usize,
+    /// Part of the Hessian's indefinite terms that the next step leaves out.
+    relief: f64,
 }
 
 /// Longest element edges along the element columns of each unit and along the element rows.
@@ -59,6 +67,7 @@ impl BlockMap {
             positions,
             factor,
             steps: 0,
+            relief: 0.0,
         };
         map.untangle();
         map.minimise()?;
@@ -100,8 +109,8 @@ impl BlockMap {
             if !block.vertices.into_iter().any(prescribed) {
                 continue;
             }
-            let (_, hessian) =
-                energy::derivatives(&corners(&self.positions, block), *target, 0.0, false);
+            let Derivatives { convex, bent, .. } =
+                energy::derivatives(&corners(&self.positions, block), *target, Measure::Full);
             for p in 0..8 {
                 let v = block.vertices[p / 2];
                 if !prescribed(v) {
@@ -110,7 +119,8 @@ impl BlockMap {
                 for q in 0..8 {
                     let unknown = self.topology.unknowns[block.vertices[q / 2] as usize][q % 2];
                     if unknown != NONE {
-                        reach[v as usize][p % 2] -= hessian[p][q] * adjoint[unknown as usize];
+                        reach[v as usize][p % 2] -=
+                            (convex[p][q] + bent[p][q]) * adjoint[unknown as usize];
                     }
                 }
             }
@@ -169,10 +179,10 @@ impl BlockMap {
         LongestEdges { columns, rows }
     }
 
-    fn energy(&self, positions: &[Point], eps: f64) -> f64 {
+    fn energy(&self, positions: &[Point], measure: Measure) -> f64 {
         let mut sum = 0.0;
         for (block, target) in self.topology.blocks.iter().zip(&self.targets) {
-            sum += energy::value(&corners(positions, block), *target, eps);
+            sum += energy::value(&corners(positions, block), *target, measure);
             if sum == f64::INFINITY {
                 break;
             }
@@ -187,33 +197,49 @@ impl BlockMap {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Fills `factor` with the factorised Hessian; returns the gradient. `false` if the exact Hessian was not positive
-    /// definite, and its convex part was taken instead.
-    fn linearise(&mut self, eps: f64, mut exact: bool) -> (Vec<f64>, bool) {
+    /// Fills `factor` with the factorised Hessian, less the part `relief` of its indefinite terms; that part grows until
+    /// the rest is definite, and shrinks for the next step. Returns the gradient, and whether the Hessian was exact.
+    fn linearise(&mut self, measure: Measure) -> (Vec<f64>, bool) {
+        let blocks = self.topology.blocks.iter().zip(&self.targets);
+        let derivatives: Vec<Derivatives> = blocks
+            .map(|(b, t)| energy::derivatives(&corners(&self.positions, b), *t, measure))
+            .collect();
+        let mut relief = self.relief;
         loop {
             let mut gradient = vec![0.0; self.topology.size()];
             self.factor = self.topology.matrix();
-            for (block, target) in self.topology.blocks.iter().zip(&self.targets) {
-                let (g, h) =
-                    energy::derivatives(&corners(&self.positions, block), *target, eps, !exact);
-                self.topology
-                    .scatter(block, &g, &h, &mut gradient, &mut self.factor);
+            for (block, d) in self.topology.blocks.iter().zip(&derivatives) {
+                let mut hessian = d.convex;
+                if relief < 1.0 {
+                    for (h, bent) in hessian.iter_mut().flatten().zip(d.bent.iter().flatten()) {
+                        *h += (1.0 - relief) * bent;
+                    }
+                }
+                self.topology.scatter(
+                    block,
+                    &d.gradient,
+                    &hessian,
+                    &mut gradient,
+                    &mut self.factor,
+                );
             }
-            if !exact {
+            if relief >= 1.0 {
                 let shift = 1e-10 * self.factor.largest_diagonal();
                 self.factor.shift(shift);
             }
-            if self.factor.factorise() || !exact {
-                return (gradient, exact);
+            if self.factor.factorise() || relief >= 1.0 {
+                let less = relief / (RELIEF_GROWTH * RELIEF_GROWTH);
+                self.relief = if less < LEAST_RELIEF { 0.0 } else { less };
+                return (gradient, relief == 0.0);
             }
-            exact = false;
+            relief = (RELIEF_GROWTH * relief).clamp(LEAST_RELIEF, 1.0);
         }
     }
 
     /// One Newton step with backtracking; returns the largest move of a vertex, `None` where no step lowers the energy.
-    fn step(&mut self, eps: f64, exact: bool) -> Option<(f64, bool)> {
+    fn step(&mut self, measure: Measure) -> Option<(f64, bool)> {
         self.steps += 1;
-        let (gradient, exact) = self.linearise(eps, exact);
+        let (gradient, exact) = self.linearise(measure);
         let mut step: Vec<f64> = gradient.iter().map(|g| -g).collect();
         self.factor.solve(&mut step);
         let slope: f64 = gradient.iter().zip(&step).map(|(g, s)| g * s).sum();
@@ -221,11 +247,11 @@ impl BlockMap {
         if !size.is_finite() {
             return None;
         }
-        let before = self.energy(&self.positions, eps);
+        let before = self.energy(&self.positions, measure);
         let mut scale = 1.0;
         for _ in 0..40 {
             let moved = self.topology.moved(&self.positions, &step, scale);
-            let after = self.energy(&moved, eps);
+            let after = self.energy(&moved, measure);
             if after <= before + 1e-4 * scale * slope + 1e-13 * before.abs() {
                 self.positions = moved;
                 return Some((scale * size, exact));
@@ -249,7 +275,8 @@ impl BlockMap {
             } else {
                 (1e-6 + 0.04 * worst * worst).sqrt()
             };
-            if self.step(eps, false).is_none() {
+            self.relief = 1.0;
+            if self.step(Measure::Regular { eps }).is_none() {
                 return;
             }
         }
@@ -264,9 +291,14 @@ impl BlockMap {
             .iter()
             .flatten()
             .fold(0.0_f64, |m, p| m.max(p.abs()));
+        let mut measure = Measure::Barrier;
         let mut last = 0;
-        for _ in 0..MAX_STEPS {
-            let Some((size, exact)) = self.step(0.0, true) else {
+        self.relief = 0.0;
+        for k in 0..MAX_STEPS {
+            if k == FIRST_STEPS {
+                measure = Measure::Full;
+            }
+            let Some((size, exact)) = self.step(measure) else {
                 break;
             };
             // Quadratic convergence: the step after a small one is below round-off.
@@ -276,8 +308,12 @@ impl BlockMap {
                     break;
                 }
             }
+            if size < SETTLED * scale {
+                measure = Measure::Full;
+            }
         }
-        let (_, exact) = self.linearise(0.0, true);
+        self.relief = 0.0;
+        let (_, exact) = self.linearise(Measure::Full);
         if exact && last > 0 {
             Ok(())
         } else {

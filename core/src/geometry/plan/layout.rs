@@ -10,6 +10,10 @@ use crate::geometry::{Actuator, InfeasibleGeometry, Point, polygon};
 const LINES_PER_STRIP: usize = 2;
 /// Largest number of strips between two forced cuts.
 const STRIPS_PER_STRETCH: usize = 4;
+/// A wall between two chambers is sheared if facing corners are farther apart along it than across it by this factor; then
+/// every element line is a block line, up to a number, which lets the blocks bend through the wall.
+const SHEARED: f64 = 4.0;
+const STRIPS_OF_SHEARED: usize = 6;
 
 /// A stretch of a chamber's rim along one polygon edge, in the direction of growing index.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +71,8 @@ impl Profile {
 #[derive(Clone, Debug, Default)]
 struct Block {
     profiles: Vec<Profile>,
+    /// Whether it is a sheared wall between two chambers.
+    sheared: bool,
 }
 
 impl Block {
@@ -254,6 +260,7 @@ fn blocks_of_unit(
                 }],
                 least: 2,
             }],
+            sheared: false,
         };
         return Ok(Blocks {
             columns: vec![whole(width)],
@@ -275,6 +282,7 @@ fn blocks_of_unit(
                 })
             })
             .collect(),
+        sheared: false,
     };
     let side_of = |chamber: usize, axis: usize, high: bool| {
         &placed[chamber][match (axis, high) {
@@ -317,6 +325,7 @@ fn blocks_of_unit(
                 }
             })
             .collect(),
+        sheared: false,
     };
     let across_blocks = vec![
         wall(&order, across, false),
@@ -326,7 +335,18 @@ fn blocks_of_unit(
     let mut along_blocks = vec![wall(&order[..1], along, false), rim(&order[..1], along)];
     if let [low, high] = order[..] {
         let gap = mean_place(high, along, false) - mean_place(low, along, true);
+        let ends = |chamber: usize, high: bool| {
+            let pieces = side_of(chamber, along, high);
+            let (first, last) = (pieces[0], pieces[pieces.len() - 1]);
+            [(first.edge, first.from), (last.edge, last.to)]
+                .map(|(edge, fraction)| Station { edge, fraction }.at(&chambers[chamber]))
+        };
+        let facing = ends(low, true).into_iter().zip(ends(high, false));
+        let sheared = |(a, b): (Point, Point)| {
+            (b[across] - a[across]).abs() > SHEARED * (b[along] - a[along]).abs()
+        };
         along_blocks.push(Block {
+            sheared: facing.into_iter().any(sheared),
             profiles: vec![Profile {
                 spans: vec![Span {
                     length: gap.max(0.1),
@@ -454,13 +474,20 @@ fn block_starts(counts: &[usize]) -> Vec<usize> {
     starts
 }
 
-/// The element lines at which a block's polygon corners lie.
-fn corner_cuts(block: &Block, rule: &SizeRule, start: usize, n: usize) -> Vec<usize> {
+/// The element lines of a block that have to be block lines: where polygon corners lie, and those of a sheared wall.
+fn forced_cuts(block: &Block, rule: &SizeRule, start: usize, n: usize) -> Vec<usize> {
+    let step = if block.sheared {
+        n.div_ceil(STRIPS_OF_SHEARED)
+    } else {
+        n
+    };
+    let inner = (step..n).step_by(step).map(|line| start + line);
     block
         .profiles
         .iter()
         .flat_map(|p| p.lines(rule, n).1)
         .map(|cut| start + cut)
+        .chain(inner)
         .collect()
 }
 
@@ -521,7 +548,7 @@ fn assemble(
     for (unit, n) in blocks.iter().zip(&counts.rows) {
         let starts = block_starts(n);
         for (block, (start, n)) in unit.rows.iter().zip(starts.iter().zip(n)) {
-            row_cuts.extend(corner_cuts(block, rule, *start, *n));
+            row_cuts.extend(forced_cuts(block, rule, *start, *n));
             asked_rows.push((block, *start, *n));
         }
         row_cuts.extend(starts);
@@ -537,7 +564,7 @@ fn assemble(
             let mut cuts = starts.clone();
             let mut asked = vec![];
             for (block, (start, n)) in unit.columns.iter().zip(starts.iter().zip(columns)) {
-                cuts.extend(corner_cuts(block, rule, *start, *n));
+                cuts.extend(forced_cuts(block, rule, *start, *n));
                 asked.push((block, *start, *n));
             }
             let lines = strip_lines(cuts);
