@@ -1,5 +1,6 @@
 //! Hyperelastic materials and their sourced records.
 
+pub mod closed_form;
 pub mod hyperelastic;
 pub mod ogden;
 pub mod records;

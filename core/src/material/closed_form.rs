@@ -1,0 +1,76 @@
+//! Closed forms of incompressible laws in plane strain, and one law of each kind: what checks of the laws and of whole
+//! solutions are held against.
+//!
+//! At the in-plane stretches l and 1/l the difference of the principal Cauchy stresses is free of the pressure. With
+//! i = I1 - 3 = I2 - 3 = l^2 + l^-2 - 2 it is 2 (dW/dI1 + dW/dI2) (l^2 - l^-2), for an Ogden law
+//! sum_p c_p a_p (l^a_p - l^-a_p).
+
+use super::{HyperelasticModel, MaterialLaw, Ogden, OgdenForm, OgdenTerm};
+
+/// Difference of the in-plane principal Cauchy stresses at stretches `l` and 1/`l`, MPa.
+pub fn stress_difference(law: &MaterialLaw, l: f64) -> f64 {
+    let i = l * l + 1.0 / (l * l) - 2.0;
+    let slope = match law.model {
+        HyperelasticModel::NeoHookean { c10_mpa } => c10_mpa,
+        HyperelasticModel::MooneyRivlin {
+            c10_mpa,
+            c01_mpa,
+            c20_mpa,
+        } => c10_mpa + c01_mpa + 2.0 * c20_mpa * i,
+        HyperelasticModel::Yeoh { c_mpa: [a, b, c] } => a + 2.0 * b * i + 3.0 * c * i * i,
+        HyperelasticModel::Ogden(ogden) => {
+            return ogden
+                .coefficients()
+                .map(|(c, a)| c * a * (l.powf(a) - l.powf(-a)))
+                .sum();
+        }
+    };
+    2.0 * slope * (l * l - 1.0 / (l * l))
+}
+
+/// Cauchy shear stress in simple shear by `shear` = l - 1/l, MPa: the difference of the principal stresses over l + 1/l.
+pub fn shear_stress(law: &MaterialLaw, shear: f64) -> f64 {
+    let both = (4.0 + shear * shear).sqrt();
+    stress_difference(law, 0.5 * (shear + both)) / both
+}
+
+/// One law of each kind with its name, K/mu as given: Ogden's fit to Treloar's data (1972) beside invented ones.
+pub fn one_of_each(bulk_over_shear: f64) -> Vec<(&'static str, MaterialLaw)> {
+    let ogden = |form, terms: &[(f64, f64)]| {
+        let terms: Vec<OgdenTerm> = terms
+            .iter()
+            .map(|&(mu_mpa, alpha)| OgdenTerm { mu_mpa, alpha })
+            .collect();
+        Ogden::new(form, &terms).map(HyperelasticModel::Ogden)
+    };
+    let treloar = [(0.63, 1.3), (0.0012, 5.0), (-0.01, -2.0)];
+    let mooney = |c20_mpa| HyperelasticModel::MooneyRivlin {
+        c10_mpa: 0.26,
+        c01_mpa: 0.097,
+        c20_mpa,
+    };
+    let yeoh = HyperelasticModel::Yeoh {
+        c_mpa: [0.11, 0.02, -3e-3],
+    };
+    [
+        (
+            "neo_hookean",
+            Some(HyperelasticModel::NeoHookean { c10_mpa: 0.19 }),
+        ),
+        ("mooney_rivlin", Some(mooney(0.0))),
+        ("mooney_rivlin_c20", Some(mooney(0.0575))),
+        ("yeoh", Some(yeoh)),
+        ("ogden_m", ogden(OgdenForm::M, &treloar)),
+        ("ogden_a", ogden(OgdenForm::A, &[(0.2, 0.3), (0.1, 9.5)])),
+    ]
+    .into_iter()
+    .filter_map(|(name, model)| {
+        let law = MaterialLaw {
+            model: model?,
+            bulk_over_shear,
+            fit_stretch: None,
+        };
+        Some((name, law))
+    })
+    .collect()
+}
