@@ -353,7 +353,7 @@ impl<'a> Path<'a> {
             let change = s.displacement_mm * (next.share[s.channel] - self.load.share[s.channel]);
             if change != 0.0 {
                 moved.get_or_insert_with(|| vec![[0.0; 2]; self.system.body.mesh.nodes.len()])
-                    [s.node as usize][s.component as usize] = change;
+                    [s.node as usize][s.component as usize] += change;
             }
         }
         moved

@@ -95,7 +95,8 @@ pub struct Cavity {
     pub closed: bool,
 }
 
-/// A prescribed displacement component of a node.
+/// A prescribed displacement component of a node. Those of several channels add up, so that a schedule can lead a node along
+/// any polyline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
     /// Node.
@@ -124,7 +125,7 @@ pub struct Traction {
 pub struct Discretisation {
     /// Nodes and elements.
     pub mesh: Mesh,
-    /// Prescribed displacements, at most one per node and component.
+    /// Prescribed displacements, at most one per node, component and channel.
     pub supports: Vec<Support>,
     /// Cavities under pressure; several may share a channel.
     pub cavities: Vec<Cavity>,
