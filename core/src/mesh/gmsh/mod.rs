@@ -26,7 +26,7 @@ mod write;
 pub use error::GmshError;
 pub use export::export;
 pub use file::{GmshElement, GmshElementKind, GmshFile, GmshNode, PhysicalGroup};
-pub use model::{MeshFileModel, NodeOrigin, discretise, load};
+pub use model::{MeshFileModel, NodeOrigin, build, discretise, load};
 pub use read::{parse, read};
 pub use structured::structured;
 pub use write::write;

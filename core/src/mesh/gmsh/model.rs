@@ -97,8 +97,11 @@ fn mesh_file_fault(error: &super::GmshError) -> Faults {
     faults
 }
 
-/// Builds the body from a file that is already read.
-pub(super) fn build(
+/// As [`load`], from a file that is already read; the body's path is not looked at.
+///
+/// # Errors
+/// As [`discretise`].
+pub fn build(
     file: &GmshFile,
     body: &MeshFileBody,
     channels: usize,

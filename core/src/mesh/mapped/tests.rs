@@ -349,14 +349,6 @@ fn random_designs_mesh_without_slivers() {
 }
 
 #[test]
-#[ignore = "minutes; run by hand after a change of the mesher"]
-fn a_hundred_thousand_random_designs_mesh() {
-    for stratum in Stratum::ALL {
-        check_stratum(stratum, 0..33_334);
-    }
-}
-
-#[test]
 fn the_thinnest_sheared_wall_meshes() {
     // Chambers that overlap by 1 mm along a wall of 2 mm, and by nothing else: block lines run 37 mm along it.
     let actuator = pair(
