@@ -18,6 +18,7 @@ mod show;
 mod solve;
 mod stopwatch;
 mod submit;
+mod verify;
 mod watch;
 mod work;
 
@@ -60,6 +61,8 @@ enum Verb {
     Serve(serve::Serve),
     /// Error against run time of a scene: meshes, elements, tolerances, load steps
     Converge(converge::Converge),
+    /// Published problems, the limits of the solver, random designs: each line against what is right
+    Verify(verify::Verify),
     /// Workers for a coordinator
     Work(work::Work),
     /// Submits a study to a coordinator
@@ -95,6 +98,7 @@ fn main() -> ExitCode {
         Verb::Solve(verb) => verb.run(output),
         Verb::Gradient(verb) => verb.run(output),
         Verb::Converge(verb) => verb.run(output),
+        Verb::Verify(verb) => verb.run(output),
         Verb::New(verb) => verb.run(output),
         Verb::Run(verb) => verb.run(output),
         Verb::Serve(verb) => verb.run(output),

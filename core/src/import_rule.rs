@@ -72,6 +72,20 @@ const RULE: &[(&str, &[&str])] = &[
             "study",
         ],
     ),
+    (
+        "verify",
+        &[
+            "assembly",
+            "equilibrium",
+            "evaluate",
+            "fault",
+            "geometry",
+            "material",
+            "mesh",
+            "objective",
+            "scene",
+        ],
+    ),
 ];
 
 /// Files that are no modules of the science: the list of modules, and this test.

@@ -75,6 +75,7 @@
 //! | `constraint` | stretch measure, crossing walls | assembly, force, mesh |
 //! | `adjoint` | derivatives with respect to nodes | assembly, equilibrium, force, objective |
 //! | `evaluate` | the door | all |
+//! | `verify` | published problems, extreme scenes, random designs, each with what is right | all |
 //!
 //! Imports go upwards in this table only; a test holds every `crate::` path against it. Symbols with their sources are in
 //! `docs/NOTATION.md`.
@@ -110,6 +111,8 @@ pub mod picture;
 pub mod random;
 pub mod scene;
 pub mod study;
+#[cfg(feature = "solver")]
+pub mod verify;
 
 #[cfg(test)]
 mod import_rule;

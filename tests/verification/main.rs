@@ -1,5 +1,6 @@
 //! Published problems, solved from Gmsh files as a user would: written, read, solved by a scene.
 
+mod command;
 mod cooks_membrane;
 mod thick_cylinder;
 
@@ -8,9 +9,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use salp_core::equilibrium::Unobserved;
 use salp_core::evaluate::{SceneAnswer, SceneOptions, SceneStatus, solve_scene};
-use salp_core::mesh::gmsh::{GmshFile, write};
+use salp_core::mesh::gmsh::write;
 use salp_core::scene::read_scene;
-use serde_json::Value;
+use salp_core::verify::{MESH_FILE, Problem};
 
 /// A folder that is removed at the end of its test.
 struct Folder(PathBuf);
@@ -21,15 +22,15 @@ impl Drop for Folder {
     }
 }
 
-/// Solves a scene whose `mesh_file` is `mesh.msh`.
-fn solve(mesh: &GmshFile, scene: &Value) -> SceneAnswer {
+/// Solves a problem from its files.
+fn solve(problem: &Problem) -> SceneAnswer {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let count = COUNT.fetch_add(1, Ordering::Relaxed);
     let name = format!("salp-verification-{}-{count}", std::process::id());
     let folder = Folder(std::env::temp_dir().join(name));
     std::fs::create_dir_all(&folder.0).unwrap();
-    std::fs::write(folder.0.join("mesh.msh"), write(mesh).unwrap()).unwrap();
-    let scene = read_scene(scene, &folder.0).unwrap();
+    std::fs::write(folder.0.join(MESH_FILE), write(&problem.mesh).unwrap()).unwrap();
+    let scene = read_scene(&problem.scene, &folder.0).unwrap();
     let solution = solve_scene(&scene, &SceneOptions::default(), &mut Unobserved).unwrap();
     assert_eq!(
         solution.answer.status,
