@@ -55,7 +55,8 @@ impl StudyMachine {
     /// # Errors
     /// Every fault of the document, each with its path.
     pub fn read(document: &Value, allow_commands: bool) -> Result<Self, Faults> {
-        study::read_study(document, allow_commands).map(|study| Self { study })
+        let study = study::read_study(document, allow_commands)?;
+        study.unchosen_meshes().check(Self { study })
     }
 
     /// The study.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::equilibrium::{Limit, PathWork};
-use crate::study::OverlapReport;
+use crate::study::{Note, OverlapReport};
 
 /// How a scene ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -28,15 +28,6 @@ pub struct LeftOut {
     pub what: String,
     /// The reason.
     pub why: String,
-}
-
-/// What a reader of the numbers should know.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Note {
-    /// The field of the scene that it is about.
-    pub about: String,
-    /// What there is to know.
-    pub message: String,
 }
 
 /// A state of the path.

@@ -75,14 +75,32 @@ impl Limits {
         if let Some(gaps) = &self.gaps {
             let x = &system.body.mesh.nodes;
             let voids = gaps.at_state(x, &accepted.state.u);
-            for (void, gap) in voids.iter().enumerate() {
-                let channel = system.body.cavities[void].channel;
-                if self.gradients && self.closest[channel].matters(-gap.gap) {
-                    let NodalDerivative { u, x } = gaps.derivative(void, gap, x);
-                    functionals.push(Functional { u, x });
+            for channel in 0..self.closest.len() {
+                // All voids of a channel together are one functional, so that many units cost no more solves than one.
+                let mut of_channel = SmoothMaximum::new(RHO_GAP);
+                let own = |void: &usize| system.body.cavities[*void].channel == channel;
+                if !(0..voids.len()).any(|void| own(&void)) {
+                    continue;
+                }
+                for void in (0..voids.len()).filter(own) {
+                    of_channel.add(-voids[void].gap, None);
+                }
+                let (value, _) = of_channel.finish();
+                if self.gradients && self.closest[channel].matters(value) {
+                    let mut sum = Functional {
+                        u: vec![[0.0; 2]; x.len()],
+                        x: vec![[0.0; 2]; x.len()],
+                    };
+                    for void in (0..voids.len()).filter(own) {
+                        let weight = (RHO_GAP * (-voids[void].gap - value)).exp();
+                        let NodalDerivative { u, x } = gaps.derivative(void, &voids[void], x);
+                        add_scaled(&mut sum.u, weight, &u);
+                        add_scaled(&mut sum.x, weight, &x);
+                    }
+                    functionals.push(sum);
                     owners.push(values.len());
                 }
-                values.push((Limit::Gap(channel), gap.gap));
+                values.push((Limit::Gap(channel), -value));
             }
         }
         let mut gradients = vec![None; values.len()];
@@ -120,6 +138,13 @@ impl Limits {
 enum Limit {
     Stretch(usize),
     Gap(usize),
+}
+
+fn add_scaled(sum: &mut NodeGradient, weight: f64, of: &NodeGradient) {
+    for (s, v) in sum.iter_mut().zip(of) {
+        s[0] += weight * v[0];
+        s[1] += weight * v[1];
+    }
 }
 
 fn negative(mut gradient: NodeGradient) -> NodeGradient {
@@ -173,10 +198,7 @@ impl SmoothMaximum {
             let sum = self
                 .gradient
                 .get_or_insert_with(|| vec![[0.0; 2]; gradient.len()]);
-            for (s, g) in sum.iter_mut().zip(&gradient) {
-                s[0] += weight * g[0];
-                s[1] += weight * g[1];
-            }
+            add_scaled(sum, weight, &gradient);
         }
     }
 

@@ -10,7 +10,7 @@ mod notes;
 mod scene;
 mod study;
 
-pub use answer::{LeftOut, Note, SceneAnswer, SceneStatus, StateAnswer};
+pub use answer::{LeftOut, SceneAnswer, SceneStatus, StateAnswer};
 pub use converge::{CannotConverge, Clock, Convergence, Family, Reference, Run, Setting, converge};
 pub use gradient::{CheckLine, Difference, GradientAnswer, check_bound, check_gradient};
 pub use scene::{SceneOptions, SceneSolution, solve_scene};

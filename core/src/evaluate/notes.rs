@@ -1,10 +1,10 @@
 //! Notes of an answer: where the solid was stretched beyond what its laws are known for, or are stable to.
 
 use super::analysis::Measured;
-use super::answer::Note;
 use crate::material::MaterialLaw;
 use crate::material::stability::Stability;
 use crate::scene::Body;
+use crate::study::Note;
 
 /// One note for each law and range that was left, at the first state where it was.
 pub fn of_ranges(body: &Body, laws: &[MaterialLaw], states: &[Measured]) -> Vec<Note> {

@@ -3,13 +3,15 @@
 use super::analysis::{Analysis, Wanted, analyse};
 use super::limits::Extremum;
 use super::measure::{PlacedProbe, by_place, tip_displacements};
+use super::notes;
 use super::scene::{goal_gradient, mesh_actuator, overlap_report, placed_goal, probe_points};
 use crate::adjoint::NodeGradient;
 use crate::equilibrium::{NotConverged, Observer, PathEnd, Settings};
+use crate::geometry::{Actuator, design_gradient};
 use crate::mesh::MappedMesh;
 use crate::objective::enclosed_area;
 use crate::scene::{Body, Bound, Goal, Measure, Orientation, Scene};
-use crate::study::spec::{Model, StepConstraints};
+use crate::study::spec::StepConstraints;
 use crate::study::{
     EvaluationReport, EvaluationRequest, Outcome, OutcomeStatus, StateReport, Study, StudyError,
 };
@@ -107,7 +109,7 @@ fn attempt(
     observer: &mut dyn Observer,
 ) -> Result<Outcome, StudyError> {
     let step = request.step;
-    if !matches!(study.step(step)?.model, Model::FeCascade(_)) {
+    if study.step(step)?.model.finite_elements().is_none() {
         return Err(StudyError::NoChambers { step });
     }
     let mut scene = study.scene(step, &request.x, request.orientation)?;
@@ -132,7 +134,9 @@ fn attempt(
         Ok(mesh) => mesh,
         Err(reason) => return infeasible(reason.to_string()),
     };
-    let body = mesh.discretisation.clone();
+    let mut body = mesh.discretisation.clone();
+    // Free units share the rows of the stretch with each other, as copies do.
+    body.regions.fold(corners_per_unit(&chain.actuator));
     let Ok(probes) = probe_points(&scene, &body) else {
         return infeasible("the tip lies in a chamber".to_owned());
     };
@@ -171,7 +175,8 @@ fn attempt(
         Ok(analysis) => analysis,
         Err(reason) => return infeasible(reason.to_string()),
     };
-    let report = report(&goal, &limits.bounds, &analysis);
+    let mut report = report(&goal, &limits.bounds, &analysis);
+    report.notes = notes::of_ranges(&scene.body, &chain.materials, &analysis.states);
     let mut outcome = Outcome::without_values(status(&analysis));
     if outcome.status == OutcomeStatus::Ok {
         // Either sense counts and the request leaves it open: the better one, of objective -|A|.
@@ -268,19 +273,15 @@ fn fill(
     Ok(())
 }
 
-/// Derivative with respect to the corners of the repeated unit, from that with respect to nodes.
+/// Derivative with respect to the corners of the repeated unit, or of each free one, from that with respect to nodes.
 fn corner_gradient(mesh: &MappedMesh, nodes: &NodeGradient) -> Vec<f64> {
-    let units = mesh.pull_back(nodes);
-    let mut sum: Vec<f64> = Vec::new();
-    for unit in &units {
-        let flat = unit.iter().flatten().flatten();
-        if sum.is_empty() {
-            sum = flat.copied().collect();
-        } else {
-            sum.iter_mut().zip(flat).for_each(|(s, g)| *s += g);
-        }
-    }
-    sum
+    design_gradient(&mesh.pull_back(nodes), mesh.plan().base.repeated)
+}
+
+/// Number of chamber corners of a unit; the layouts of studies have the same in all.
+fn corners_per_unit(actuator: &Actuator) -> usize {
+    let unit = actuator.units.first();
+    unit.map_or(0, |u| u.chambers_mm.iter().map(Vec::len).sum())
 }
 
 fn report(
@@ -337,6 +338,7 @@ fn report(
         newton_iterations: analysis.work.newton_iterations,
         factorisations: analysis.work.factorisations,
         left_out: vec!["self-contact: not available yet".to_owned()],
+        notes: Vec::new(),
     }
 }
 

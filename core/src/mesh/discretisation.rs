@@ -145,3 +145,16 @@ pub struct Regions {
     /// Region per element, over all blocks in order.
     pub of_element: Vec<u16>,
 }
+
+impl Regions {
+    /// Merges the regions whose indices are the same but for a multiple of `period`.
+    pub fn fold(&mut self, period: usize) {
+        if period == 0 || self.count <= period {
+            return;
+        }
+        for region in &mut self.of_element {
+            *region %= period as u16;
+        }
+        self.count = period;
+    }
+}

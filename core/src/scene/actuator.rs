@@ -8,8 +8,8 @@ use crate::geometry::{Actuator, Point, Unit};
 
 /// Width and height of a unit where the document gives none, mm.
 pub const DEFAULT_UNIT_MM: [f64; 2] = [80.0, 80.0];
-/// Most units of a chain.
-pub const MAX_UNITS: usize = 1000;
+/// Most units of a chain: what was tried. Nothing else sets an end to it.
+pub const MAX_UNITS: usize = 30;
 const MAX_CHAMBERS: usize = 64;
 const MAX_CORNERS: usize = 64;
 const MAX_CORNERS_IN_ALL: usize = 20_000;

@@ -44,7 +44,11 @@ impl Study {
         }
     }
 
-    fn validity(&self, step: usize, actuator: &Actuator) -> Result<Validity, StudyError> {
+    pub(super) fn validity(
+        &self,
+        step: usize,
+        actuator: &Actuator,
+    ) -> Result<Validity, StudyError> {
         let constraints = self.chamber_constraints(step)?;
         Ok(Validity::of(actuator, constraints.wall_mm))
     }

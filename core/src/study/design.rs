@@ -3,9 +3,10 @@
 use super::error::StudyError;
 use super::read::Bounds;
 use super::spec::{
-    FeCascade, Layout, Model, Parametrisation, StepConstraints, Study, StudyActuator, StudyBody,
-    StudyStep, Variables,
+    AccuracyDesign, FeModel, Layout, Parametrisation, StepConstraints, Study, StudyActuator,
+    StudyBody, StudyStep, Variables,
 };
+use crate::fault::Faults;
 use crate::geometry::{Actuator, Point, StackedPair, VARIABLES_PER_UNIT, cascade, units_of_design};
 use crate::scene::measure::{Bound, Goal, Measure};
 use crate::scene::{ActuatorBody, Body, MeshRequest, Orientation, Probe, Scene};
@@ -38,14 +39,18 @@ impl StudyActuator {
 }
 
 impl Variables {
-    /// Bounds; `None` where they depend on an actuator that is not there.
-    pub(super) fn bounds(&self, body: Option<&StudyBody>) -> Option<Bounds> {
+    /// Bounds; `None` where they depend on an actuator that is not there. `direct`: all its units are free.
+    pub(super) fn bounds(&self, body: Option<&StudyBody>, direct: bool) -> Option<Bounds> {
         match self {
             Self::Bounds { lower, upper } => Some((lower.clone(), upper.clone())),
             Self::Chambers { parametrisation } => {
-                let boxes = body?.actuator.boxes();
+                let actuator = &body?.actuator;
+                let boxes = actuator.boxes();
                 let [lower, upper] = match parametrisation {
-                    Parametrisation::Corners => boxes.bounds(),
+                    Parametrisation::Corners => {
+                        let units = if direct { actuator.units } else { 1 };
+                        boxes.bounds().map(|of_unit| of_unit.repeat(units))
+                    }
                     Parametrisation::Rectangle => boxes.rectangle_bounds().map(Vec::from),
                 };
                 Some((lower, upper))
@@ -54,9 +59,14 @@ impl Variables {
     }
 }
 
-fn corner_names() -> Vec<String> {
-    (1..=VARIABLES_PER_UNIT / 2)
-        .flat_map(|k| [format!("x{k}"), format!("y{k}")])
+/// `x1`, `y1`, ...; with several free units `unit1.x1`, ...
+fn corner_names(units: usize) -> Vec<String> {
+    let of_unit = || (1..=VARIABLES_PER_UNIT / 2).flat_map(|k| [format!("x{k}"), format!("y{k}")]);
+    if units == 1 {
+        return of_unit().collect();
+    }
+    (1..=units)
+        .flat_map(|unit| of_unit().map(move |name| format!("unit{unit}.{name}")))
         .collect()
 }
 
@@ -74,12 +84,12 @@ impl Study {
         let s = self.step(step)?;
         let (lower, upper) = s
             .variables
-            .bounds(self.body.as_ref())
+            .bounds(self.body.as_ref(), s.model.is_direct())
             .ok_or(StudyError::NoChambers { step })?;
         let names = match s.variables {
             Variables::Bounds { .. } => (1..=lower.len()).map(|k| format!("x{k}")).collect(),
             Variables::Chambers { parametrisation } => match parametrisation {
-                Parametrisation::Corners => corner_names(),
+                Parametrisation::Corners => corner_names(lower.len() / VARIABLES_PER_UNIT),
                 Parametrisation::Rectangle => vec!["width".into(), "height".into()],
             },
         };
@@ -94,15 +104,25 @@ impl Study {
     pub(super) fn chambers(
         &self,
         step: usize,
-    ) -> Result<(&StudyBody, &StudyStep, &FeCascade), StudyError> {
+    ) -> Result<(&StudyBody, &StudyStep, &FeModel), StudyError> {
         let s = self.step(step)?;
-        match (&self.body, &s.model) {
-            (Some(body), Model::FeCascade(model)) => Ok((body, s, model)),
+        match (&self.body, s.model.finite_elements()) {
+            (Some(body), Some(model)) => Ok((body, s, model)),
             _ => Err(StudyError::NoChambers { step }),
         }
     }
 
-    /// Chamber corners `[x1, y1, ..., x8, y8]` of a design.
+    /// Number of units that a design describes one by one; one where all units are copies of it.
+    pub fn free_units(&self, step: usize) -> Result<usize, StudyError> {
+        let (body, s, _) = self.chambers(step)?;
+        Ok(if s.model.is_direct() {
+            body.actuator.units
+        } else {
+            1
+        })
+    }
+
+    /// Chamber corners `[x1, y1, ..., x8, y8]` of a design, of each free unit.
     pub fn corners(&self, step: usize, x: &[f64]) -> Result<Vec<f64>, StudyError> {
         let (body, parametrisation) = self.parametrisation(step)?;
         let wrong = |expected: usize| StudyError::Length {
@@ -115,8 +135,14 @@ impl Study {
                 Ok(body.actuator.boxes().rectangles([*width, *height]))
             }
             (Parametrisation::Rectangle, _) => Err(wrong(2)),
-            (Parametrisation::Corners, x) if x.len() == VARIABLES_PER_UNIT => Ok(x.to_vec()),
-            (Parametrisation::Corners, _) => Err(wrong(VARIABLES_PER_UNIT)),
+            (Parametrisation::Corners, x) => {
+                let expected = VARIABLES_PER_UNIT * self.free_units(step)?;
+                if x.len() == expected {
+                    Ok(x.to_vec())
+                } else {
+                    Err(wrong(expected))
+                }
+            }
         }
     }
 
@@ -131,10 +157,18 @@ impl Study {
     /// The chain of units of a design.
     pub fn actuator(&self, step: usize, x: &[f64]) -> Result<Actuator, StudyError> {
         let corners = self.corners(step, x)?;
-        let (body, _, _) = self.chambers(step)?;
+        let (body, s, _) = self.chambers(step)?;
+        let unit_mm = body.actuator.unit_mm;
         let units = units_of_design(&corners).unwrap_or_default();
+        if s.model.is_direct() {
+            return Ok(Actuator {
+                unit_mm,
+                units,
+                repeated: false,
+            });
+        }
         let unit = units.first().ok_or(StudyError::NoChambers { step })?;
-        Ok(cascade(unit, body.actuator.unit_mm, body.actuator.units))
+        Ok(cascade(unit, unit_mm, body.actuator.units))
     }
 
     /// The probes of a step: first the tip, which is the point that the target follows, else the middle of the end face;
@@ -212,7 +246,8 @@ impl Study {
         })
     }
 
-    /// d/dx of a quantity from its derivative with respect to the chamber corners of the repeated unit, `[x1, y1, ...]`.
+    /// d/dx of a quantity from its derivative with respect to the chamber corners, `[x1, y1, ...]`, of the repeated unit or
+    /// of each free one.
     pub fn design_gradient(
         &self,
         step: usize,
@@ -244,9 +279,9 @@ impl Study {
         })
     }
 
-    /// Number of constraint values of a step: of a finite-element model the geometric rows and, with a stretch limit,
-    /// one row per chamber corner, with a limit of the gap one per chamber, and one per end
-    /// of each bound.
+    /// Number of constraint values of a step: of a finite-element model the geometric rows of its free units and, with a
+    /// stretch limit, one row per chamber corner of a unit, with a limit of the gap one per chamber of a unit, and one per
+    /// end of each bound.
     pub fn constraint_count(&self, step: usize) -> Result<usize, StudyError> {
         let s = self.step(step)?;
         match &s.constraints {
@@ -266,6 +301,33 @@ impl Study {
         }
     }
 
+    /// The design that stands for a step where its mesh is chosen for an error: its first given start, else the middle of
+    /// its bounds.
+    pub fn accuracy_design(&self, step: usize) -> Result<(AccuracyDesign, Vec<f64>), StudyError> {
+        if let Some(given) = self.step(step)?.restarts.points.first() {
+            return Ok((AccuracyDesign::Given, given.clone()));
+        }
+        let variables = self.variables(step)?;
+        let ends = variables.lower.iter().zip(&variables.upper);
+        let middle = ends.map(|(a, b)| f64::midpoint(*a, *b)).collect();
+        Ok((AccuracyDesign::Middle, middle))
+    }
+
+    /// A fault for each step whose mesh has still to be chosen for an error.
+    pub fn unchosen_meshes(&self) -> Faults {
+        let mut faults = Faults::default();
+        for (i, step) in self.steps.iter().enumerate() {
+            let model = step.model.finite_elements();
+            if model.is_some_and(FeModel::is_unchosen) {
+                faults.add(
+                    format!("step[{i}].model.mesh"),
+                    "an error is turned into element and size before a study is submitted, by salp run and salp submit, which have the solver: send what they choose, or max_size_mm",
+                );
+            }
+        }
+        faults
+    }
+
     fn geometric_rows(&self, step: usize) -> Result<usize, StudyError> {
         let start = self.paper_start(step)?;
         Ok(self.geometry_values(step, &start)?.len())
@@ -275,7 +337,10 @@ impl Study {
     pub(super) fn paper_start(&self, step: usize) -> Result<Vec<f64>, StudyError> {
         let (body, parametrisation) = self.parametrisation(step)?;
         Ok(match parametrisation {
-            Parametrisation::Corners => body.actuator.boxes().common_start(),
+            Parametrisation::Corners => {
+                let of_unit = body.actuator.boxes().common_start();
+                of_unit.repeat(self.free_units(step)?)
+            }
             Parametrisation::Rectangle => vec![2.0 * body.actuator.centre_clearance_mm; 2],
         })
     }

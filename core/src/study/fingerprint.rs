@@ -89,7 +89,7 @@ impl EvaluationRequest {
         text(&mut hash, build);
         match &step.model {
             Model::Command(_) => text(&mut hash, &study.fingerprint()),
-            Model::FeCascade(_) => {
+            Model::FeCascade(_) | Model::FeDirect(_) => {
                 text(&mut hash, &json(&study.body));
                 text(&mut hash, &json(&step.target));
                 text(&mut hash, &json(&step.variables));

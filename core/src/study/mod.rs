@@ -8,6 +8,7 @@ mod preset;
 mod read;
 pub mod restart;
 pub mod result;
+mod rows;
 mod schema;
 pub mod spec;
 mod start;
@@ -22,7 +23,7 @@ pub use preset::{PRESETS, expand, preset};
 pub use read::read_study;
 pub use restart::{BestPoint, RestartState, RestartStep, RestartStop, StudyStop, begin, step};
 pub use result::{
-    EvaluationReport, EvaluationRequest, Outcome, OutcomeStatus, OverlapReport, StateReport,
+    EvaluationReport, EvaluationRequest, Note, Outcome, OutcomeStatus, OverlapReport, StateReport,
 };
 pub use schema::{SCHEMA, schema};
 pub use spec::Study;

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::error::StudyError;
 use super::fingerprint::{HistoryEntry, empty_history, extend_history};
 use super::result::{EvaluationRequest, Outcome, OutcomeStatus};
-use super::spec::{Model, Study};
+use super::spec::Study;
 use super::start::RestartSpec;
 use crate::optimiser::{self, Ask, OptimiserOptions, OptimiserState, Point, StopReason, Told};
 use crate::scene::Orientation;
@@ -126,7 +126,7 @@ pub fn begin(
             step: spec.step,
             source,
         })?;
-    let has_base = matches!(step.model, Model::FeCascade(_))
+    let has_base = step.model.finite_elements().is_some()
         && !matches!(step.optimiser, OptimiserOptions::Sweep(_));
     let mut state = RestartState {
         spec: spec.clone(),
@@ -282,7 +282,8 @@ impl RestartState {
         study: &Study,
         asks: Vec<Ask>,
     ) -> Result<Vec<EvaluationRequest>, StudyError> {
-        let meshed = matches!(study.step(self.spec.step)?.model, Model::FeCascade(_));
+        let model = &study.step(self.spec.step)?.model;
+        let meshed = model.finite_elements().is_some();
         let request = |ask: Ask| EvaluationRequest {
             step: self.spec.step,
             kind: ask.kind,

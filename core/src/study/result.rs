@@ -116,6 +116,18 @@ pub struct EvaluationReport {
     pub factorisations: usize,
     /// What was left out and why.
     pub left_out: Vec<String>,
+    /// What a reader of the numbers should know: laws used beyond their range. Only where the stretch is looked at.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<Note>,
+}
+
+/// What a reader of the numbers should know.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Note {
+    /// The field of the document that it is about.
+    pub about: String,
+    /// What there is to know.
+    pub message: String,
 }
 
 /// One state of the path.

@@ -42,7 +42,7 @@ pub struct StudyBody {
     pub actuation: ActuationCycle,
 }
 
-/// A chain of equal units and the domains of their chambers.
+/// A chain of units of one size and the domains of their chambers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StudyActuator {
     /// Width and height of a unit.
@@ -125,15 +125,17 @@ pub struct Target {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Model {
-    /// Finite elements on the chain of equal units.
-    FeCascade(FeCascade),
+    /// Finite elements on a chain of copies of one unit.
+    FeCascade(FeModel),
+    /// Finite elements on a chain whose units are all free.
+    FeDirect(FeModel),
     /// A program.
     Command(CommandModel),
 }
 
-/// Settings of the finite-element model.
+/// Settings of a finite-element model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FeCascade {
+pub struct FeModel {
     /// Element family.
     pub element: ElementChoice,
     /// No element edge longer than this; `None`: the size rule for 1 % of the tip displacement.
@@ -142,6 +144,45 @@ pub struct FeCascade {
     pub relative_residual_force_tolerance: f64,
     /// Self-contact.
     pub contact: ContactMode,
+    /// The error for which element and size are chosen, where the document asks for that.
+    #[serde(rename = "mesh", skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<MeshAccuracy>,
+}
+
+/// Element and size chosen for an error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeshAccuracy {
+    /// The relative error wanted in the tip's displacement and in the enclosed area.
+    pub error: f64,
+    /// What was found; `None` until element and size are chosen, which is before a study is stored: every worker then has
+    /// the same settings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<ChosenMesh>,
+}
+
+/// What the chosen element and size were seen to do.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChosenMesh {
+    /// The design at which errors were measured.
+    pub at: AccuracyDesign,
+    /// Error of the tip at the rows of the schedule, over its largest displacement.
+    pub tip_error: f64,
+    /// Relative error of the enclosed area, where that is the target.
+    pub area_error: Option<f64>,
+    /// How uncertain the reference is, relative, in the larger of the two; part of what must be within the wanted error.
+    pub uncertainty: f64,
+    /// Number of elements there.
+    pub elements: usize,
+}
+
+/// A design at which errors are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AccuracyDesign {
+    /// The first given start.
+    Given,
+    /// The middle of the bounds: the paper's start, a void of 1 x 1 mm, says nothing of what comes after it.
+    Middle,
 }
 
 /// A program that answers lines of JSON; its form is described in the user's guide.
@@ -177,7 +218,8 @@ pub enum Variables {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Parametrisation {
-    /// `[x1, y1, ..., x8, y8]` (Eq. 2): the corners themselves, lower chamber first.
+    /// `[x1, y1, ..., x8, y8]` (Eq. 2): the corners themselves, lower chamber first; with free units one such list after
+    /// the other, from the clamped end.
     Corners,
     /// `[width, height]`: two equal rectangles, each at its domain's centre.
     Rectangle,
@@ -187,8 +229,8 @@ pub enum Parametrisation {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum StepConstraints {
-    /// Of finite-element models: spike rows, wall rows, then a stretch row per chamber corner, a gap row per
-    /// chamber, and a row per end of each bound.
+    /// Of finite-element models: spike rows and wall rows of each free unit, then a stretch row per chamber corner of a
+    /// unit, a gap row per chamber of a unit, and a row per end of each bound.
     Chambers(ChamberConstraints),
     /// Of command models: how many values the program gives.
     Counts {
@@ -280,6 +322,28 @@ pub enum StartKind {
 pub struct Budget {
     /// Evaluations of the step, shared equally between its restarts so that the outcome does not depend on who is first.
     pub evaluations: Option<usize>,
+}
+
+impl FeModel {
+    /// Whether element and size have still to be chosen for an error.
+    pub fn is_unchosen(&self) -> bool {
+        self.accuracy.as_ref().is_some_and(|a| a.chosen.is_none())
+    }
+}
+
+impl Model {
+    /// The settings of a finite-element model; `None` for a program.
+    pub fn finite_elements(&self) -> Option<&FeModel> {
+        match self {
+            Self::FeCascade(model) | Self::FeDirect(model) => Some(model),
+            Self::Command(_) => None,
+        }
+    }
+
+    /// Whether the variables describe every unit of the chain, rather than one for all.
+    pub fn is_direct(&self) -> bool {
+        matches!(self, Self::FeDirect(_))
+    }
 }
 
 impl Study {

@@ -1,5 +1,6 @@
 //! Tests of studies: documents, starts, and the restart machine.
 
+mod direct;
 mod documents;
 mod machine;
 mod replan;

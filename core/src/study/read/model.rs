@@ -5,7 +5,9 @@ use crate::scene::validate::{
     DEFAULT_TOLERANCE, read_contact, read_element, read_max_size, read_tolerance,
 };
 use crate::scene::{ContactMode, ElementChoice};
-use crate::study::spec::{CommandModel, FeCascade, Model, StudyBody};
+use crate::study::spec::{
+    AccuracyDesign, ChosenMesh, CommandModel, FeModel, MeshAccuracy, Model, StudyBody,
+};
 
 const MAX_ARGUMENTS: usize = 1000;
 const MAX_TIME_LIMIT_S: f64 = 1e6;
@@ -13,8 +15,10 @@ const MAX_TIME_LIMIT_S: f64 = 1e6;
 /// Kinds of models.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Kind {
-    /// Finite elements.
+    /// Finite elements on copies of one unit.
     FeCascade,
+    /// Finite elements on free units.
+    FeDirect,
     /// A program.
     Command,
     /// One that a later version has; it shares the fields of a finite-element model.
@@ -26,15 +30,16 @@ pub fn read_kind(model: &Node<'_>) -> Option<Kind> {
     let kind = model.open()?.required("kind")?;
     match kind.text()? {
         "fe_cascade" => Some(Kind::FeCascade),
+        "fe_direct" => Some(Kind::FeDirect),
         "command" => Some(Kind::Command),
-        later @ ("fe_direct" | "linear_transform" | "constant_strain") => {
+        later @ ("linear_transform" | "constant_strain") => {
             kind.fault::<()>(format!(
-                "\"{later}\" is not available yet; use \"fe_cascade\" or \"command\""
+                "\"{later}\" is not available yet; use \"fe_cascade\", \"fe_direct\" or \"command\""
             ));
             Some(Kind::Later)
         }
         other => kind.fault(format!(
-            "expected \"fe_cascade\" or \"command\", found \"{other}\""
+            "expected \"fe_cascade\", \"fe_direct\" or \"command\", found \"{other}\""
         )),
     }
 }
@@ -48,19 +53,21 @@ pub fn read_model(
 ) -> Option<Model> {
     let object = node.open()?;
     match kind {
-        Kind::FeCascade => read_fe_cascade(&object, body).map(Model::FeCascade),
+        Kind::FeCascade => read_finite_elements(&object, body).map(Model::FeCascade),
+        Kind::FeDirect => read_finite_elements(&object, body).map(Model::FeDirect),
         Kind::Command => read_command(&object, allow_paths).map(Model::Command),
         Kind::Later => None,
     }
 }
 
-fn read_fe_cascade(object: &Object<'_>, body: Option<&StudyBody>) -> Option<FeCascade> {
+fn read_finite_elements(object: &Object<'_>, body: Option<&StudyBody>) -> Option<FeModel> {
     object.allow(&[
         "kind",
         "element",
         "max_size_mm",
         "relative_residual_force_tolerance",
         "contact",
+        "mesh",
     ]);
     let area = body.map(|b| {
         let [w, h] = b.actuator.unit_mm;
@@ -74,11 +81,55 @@ fn read_fe_cascade(object: &Object<'_>, body: Option<&StudyBody>) -> Option<FeCa
         read_tolerance,
     );
     let contact = object.or("contact", ContactMode::Auto, read_contact);
-    Some(FeCascade {
+    let accuracy = object.optional("mesh", read_accuracy);
+    if let Some(Some(MeshAccuracy { chosen: None, .. })) = &accuracy
+        && object.nullable("max_size_mm").is_some()
+    {
+        object.fault(
+            "max_size_mm",
+            "mesh.error chooses it: either of the two, not both",
+        );
+    }
+    Some(FeModel {
+        accuracy: accuracy?,
         element: element?,
         max_size_mm: max_size_mm?,
         relative_residual_force_tolerance: tolerance?,
         contact: contact?,
+    })
+}
+
+fn read_accuracy(node: &Node<'_>) -> Option<MeshAccuracy> {
+    let object = node.object(&["error", "chosen"])?;
+    let error = object
+        .required("error")
+        .and_then(|n| n.number_in(1e-6, 0.5));
+    let chosen = object.optional("chosen", |n| {
+        let object = n.object(&["at", "tip_error", "area_error", "uncertainty", "elements"])?;
+        let at = object.required("at").and_then(|n| {
+            n.choice(&[
+                ("given", AccuracyDesign::Given),
+                ("middle", AccuracyDesign::Middle),
+            ])
+        });
+        let number = |name: &str| object.required(name).and_then(|n| n.number());
+        let tip_error = number("tip_error");
+        let area_error = object.optional("area_error", Node::number);
+        let uncertainty = number("uncertainty");
+        let elements = object
+            .required("elements")
+            .and_then(|n| n.count(1, usize::MAX));
+        Some(ChosenMesh {
+            at: at?,
+            tip_error: tip_error?,
+            area_error: area_error?,
+            uncertainty: uncertainty?,
+            elements: elements?,
+        })
+    });
+    Some(MeshAccuracy {
+        error: error?,
+        chosen: chosen?,
     })
 }
 

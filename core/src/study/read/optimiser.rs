@@ -72,7 +72,7 @@ pub fn read_optimiser(
     let options = match method {
         Method::Mmfd => read_mmfd(&object, gradients).map(OptimiserOptions::Mmfd),
         Method::Gcmma => read_gcmma(&object, gradients).map(OptimiserOptions::Gcmma),
-        Method::Sweep => read_sweep(&object, bounds).map(OptimiserOptions::Sweep),
+        Method::Sweep => read_sweep(&object, chambers, bounds).map(OptimiserOptions::Sweep),
     }?;
     let mut faults = crate::fault::Faults::default();
     options.faults(node.path(), &mut faults);
@@ -209,7 +209,11 @@ fn read_gcmma(object: &Object<'_>, gradients: Gradients) -> Option<GcmmaOptions>
     })
 }
 
-fn read_sweep(object: &Object<'_>, bounds: Option<&Bounds>) -> Option<SweepOptions> {
+fn read_sweep(
+    object: &Object<'_>,
+    chambers: bool,
+    bounds: Option<&Bounds>,
+) -> Option<SweepOptions> {
     object.allow(&["method", "grid", "points", "violation_tolerance"]);
     let tolerance = object.or(
         "violation_tolerance",
@@ -218,7 +222,7 @@ fn read_sweep(object: &Object<'_>, bounds: Option<&Bounds>) -> Option<SweepOptio
     );
     let points = match (object.get("grid"), object.get("points")) {
         (Some(grid), None) => read_grid(&grid, bounds),
-        (None, Some(points)) => read_points(&points, bounds),
+        (None, Some(points)) => read_points(&points, chambers, bounds),
         (Some(_), Some(_)) => {
             object.fault("points", "either grid or points, not both");
             None

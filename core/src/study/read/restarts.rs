@@ -2,6 +2,7 @@
 
 use super::optimiser::{Bounds, MAX_POINTS};
 use crate::document::{Node, Object};
+use crate::geometry::VARIABLES_PER_UNIT;
 use crate::optimiser::OptimiserOptions;
 use crate::study::spec::{Restarts, StartKind};
 
@@ -37,7 +38,7 @@ pub fn read_restarts(
         .and_then(|n| read_starts(&n, chambers));
     let has = |kind: StartKind| start.as_ref().is_none_or(|s| s.contains(&kind));
     let points = match object.get("points") {
-        Some(n) if has(StartKind::Given) => read_points(&n, bounds),
+        Some(n) if has(StartKind::Given) => read_points(&n, chambers, bounds),
         Some(n) => n.fault("belongs to start = \"given\""),
         None if start.is_some() && has(StartKind::Given) => {
             object.fault("points", "is required by start = \"given\"");
@@ -91,25 +92,34 @@ fn read_start(node: &Node<'_>, chambers: bool) -> Option<StartKind> {
     }
 }
 
-/// Reads a list of points within the bounds.
-pub fn read_points(node: &Node<'_>, bounds: Option<&Bounds>) -> Option<Vec<Vec<f64>>> {
+/// Reads a list of points within the bounds. Where several units are free a point may give one of them, for all.
+pub fn read_points(
+    node: &Node<'_>,
+    chambers: bool,
+    bounds: Option<&Bounds>,
+) -> Option<Vec<Vec<f64>>> {
     node.each(1, MAX_POINTS, |point| {
         let Some((lower, upper)) = bounds else {
             return point.numbers(1, MAX_POINTS);
         };
         let coordinates = point.list()?;
-        if coordinates.len() != lower.len() {
-            return point.fault(format!(
-                "expected {} numbers, found {}",
-                lower.len(),
-                coordinates.len()
-            ));
+        let (given, all) = (coordinates.len(), lower.len());
+        // Bounds of free units are those of one unit over and over; those of a program stand for themselves.
+        let one_unit = chambers && given == VARIABLES_PER_UNIT && all.is_multiple_of(given);
+        if given != all && !one_unit {
+            let expected = if chambers && all > VARIABLES_PER_UNIT {
+                format!("{all} numbers, or {VARIABLES_PER_UNIT} for all units alike")
+            } else {
+                format!("{all} numbers")
+            };
+            return point.fault(format!("expected {expected}, found {given}"));
         }
-        crate::document::all(
+        let read = crate::document::all(
             coordinates
                 .iter()
                 .enumerate()
                 .map(|(i, c)| c.number_in(lower[i], upper[i])),
-        )
+        )?;
+        Some(read.repeat(all / given))
     })
 }

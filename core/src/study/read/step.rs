@@ -62,7 +62,7 @@ pub fn read_step(
         Some(None)
     };
     let variables = match step.get("variables") {
-        Some(n) => read_variables(&n, chambers),
+        Some(n) => read_variables(&n, kind),
         None if chambers => Some(Variables::Chambers {
             parametrisation: Parametrisation::Corners,
         }),
@@ -86,7 +86,9 @@ pub fn read_step(
             read_counts,
         )
     };
-    let bounds = variables.as_ref().and_then(|v| v.bounds(body));
+    let bounds = variables
+        .as_ref()
+        .and_then(|v| v.bounds(body, kind == Kind::FeDirect));
     let optimiser = step
         .required("optimiser")
         .and_then(|n| read_optimiser(&n, chambers, gives_gradients, bounds.as_ref()));

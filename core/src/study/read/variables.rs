@@ -1,19 +1,25 @@
 //! Reads a step's variables.
 
+use super::model::Kind;
 use crate::document::Node;
 use crate::study::spec::{Parametrisation, Variables};
 
 const MAX_VARIABLES: usize = 10_000;
 
-/// Reads `variables` of a finite-element model (`chambers`) or of a program.
-pub fn read_variables(node: &Node<'_>, chambers: bool) -> Option<Variables> {
-    if chambers {
+/// Reads `variables` of a model of the given kind.
+pub fn read_variables(node: &Node<'_>, kind: Kind) -> Option<Variables> {
+    if kind != Kind::Command {
         let object = node.object(&["parametrisation"])?;
         let parametrisation = object.or("parametrisation", Parametrisation::Corners, |n| {
-            n.choice(&[
+            let parametrisation = n.choice(&[
                 ("corners", Parametrisation::Corners),
                 ("rectangle", Parametrisation::Rectangle),
-            ])
+            ])?;
+            n.expect(
+                kind != Kind::FeDirect || parametrisation == Parametrisation::Corners,
+                "\"rectangle\" describes one unit that is repeated; with \"fe_direct\" each unit has its own corners",
+            )?;
+            Some(parametrisation)
         })?;
         return Some(Variables::Chambers { parametrisation });
     }

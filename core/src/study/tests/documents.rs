@@ -19,9 +19,10 @@ optimiser = { method = "mmfd", gradient = "model", difference_step = 1e-3, max_i
 restarts = { start = "given", points = [[1.0, 1.0]] }
 "#;
 
-const EXAMPLES: [&str; 6] = [
+const EXAMPLES: [&str; 7] = [
     "paper-hierarchical",
     "asymmetric-bending",
+    "direct",
     "rectangles",
     "bend-90",
     "follow-path",
@@ -219,6 +220,7 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ("colour=red", "colour"),
         ("preset=nature", "preset"),
         ("actuator.units=0", "actuator.units"),
+        ("actuator.units=31", "actuator.units"),
         ("actuator.unit_mm=[80, -80]", "actuator.unit_mm"),
         ("actuator.layout=ring", "actuator.layout"),
         ("actuator.wall_mm=-2", "actuator.wall_mm"),
@@ -284,7 +286,7 @@ fn each_kind_of_fault_is_noted_at_its_path() {
             "step[0].target={\"kind\": \"displacement\", \"probe_mm\": [160, 40], \"component\": \"x\", \"state\": 99}",
             "step[0].target.state",
         ),
-        ("step[0].model.kind=fe_direct", "step[0].model.kind"),
+        ("step[0].model.kind=linear_transform", "step[0].model.kind"),
         ("step[0].model.kind=oracle", "step[0].model.kind"),
         ("step[0].model.element=hex", "step[0].model.element"),
         (

@@ -75,6 +75,7 @@ fn what_reads_conforms() {
     for name in [
         "paper-hierarchical",
         "asymmetric-bending",
+        "direct",
         "rectangles",
         "bend-90",
         "follow-path",
