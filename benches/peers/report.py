@@ -178,7 +178,7 @@ def panel(scene, rows, top):
         else:
             mark = f'<rect x="{at[0] - 4:.1f}" y="{at[1] - 4:.1f}" width="8" height="8" fill="none" stroke="{colour}" stroke-width="2"/>'
         out.append(f"<g><title>{row['package']} {row['form']}, {row['mesh']}: {row['cpu_s']:.3g} CPU s</title>{mark}</g>")
-    for i, (package, colour) in enumerate(COLOURS.items()):
-        out.append(f'<text x="{right - 60}" y="{TOP + 16 + 15 * i}" fill="{colour}">{package}</text>')
-    out.append(f'<text x="{right - 60}" y="{TOP + 76}">\u25cf quad9 \u25a1 quad4</text>')
+    legend = [*COLOURS.items(), ("\u25cf quad9  \u25a1 quad4", "black")]
+    for i, (text, colour) in enumerate(reversed(legend)):
+        out.append(f'<text x="{LEFT + 10}" y="{bottom - 10 - 15 * i}" fill="{colour}">{text}</text>')
     return "\n".join([*out, "</g>"])
