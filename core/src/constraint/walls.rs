@@ -110,11 +110,20 @@ impl Walls {
                 let (a, b) = (points[k], points[(k + 1) % n]);
                 [b[1] - a[1], a[0] - b[0]]
             };
+            let length: Vec<f64> = (0..n)
+                .map(|k| distance(points[k], points[(k + 1) % n]))
+                .collect();
             for i in 0..n {
                 // A vertex belongs to the segments before and after it: either may face the other wall.
                 let normals = [normal((i + n - 1) % n), normal(i)];
                 for j in 0..n {
                     let (a, b) = (points[j], points[(j + 1) % n]);
+                    // Most pairs are too far apart to count, which the first end says at little cost.
+                    let to_a = [a[0] - points[i][0], a[1] - points[i][1]];
+                    let reach = least + length[j];
+                    if to_a[0] * to_a[0] + to_a[1] * to_a[1] >= reach * reach {
+                        continue;
+                    }
                     let m = normal(j);
                     if !normals.iter().any(|v| v[0] * m[0] + v[1] * m[1] < 0.0) {
                         continue;
