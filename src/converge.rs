@@ -12,8 +12,8 @@ use salp_core::scene::{ElementChoice, read_scene};
 
 use crate::failure::Failure;
 use crate::input::DocumentArguments;
+use crate::numbers::Numbers;
 use crate::output::{Output, note, number, table, write_file};
-use crate::shape::Numbers;
 use crate::stopwatch::cpu_seconds;
 
 /// Arguments of `salp converge`.
@@ -288,6 +288,7 @@ fn picture(name: &str, found: &Convergence, mut caption: Vec<String>) -> String 
             format!("wanted: {}", per_cent(Some(found.wanted))),
         )),
         caption,
+        ..ScatterPicture::default()
     }
     .svg()
 }

@@ -3,17 +3,22 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use salp_core::document::Sweep;
+use salp_core::equilibrium::Unobserved;
 use salp_core::evaluate::{SceneAnswer, SceneOptions, SceneSolution, SceneStatus, solve_scene};
 use salp_core::mesh::gmsh;
 use salp_core::mesh::vtu::{VtuData, vtu};
+use salp_core::scene::measure::Measure;
 use salp_core::scene::{Body, Scene, read_scene};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::input::DocumentArguments;
-use crate::output::{Output, number, table, write_file};
-use crate::shape::{Numbers, picture};
-use crate::stopwatch::Stopwatch;
+use crate::numbers::{Numbers, lines_of};
+use crate::output::{Output, note, number, table, write_file};
+use crate::shape::picture;
+use crate::stopwatch::{Stopwatch, cpu_seconds};
+use crate::sweep::{Drawn, Swept, SweptPoint, file_part, last_name, pressure_kpa, read_each};
 
 /// Arguments of `salp solve`.
 #[derive(Args)]
@@ -29,11 +34,20 @@ pub struct Solve {
     /// Writes the mesh for Gmsh (MSH 4.1) with the groups `left`, `channel-0`, `channel-1`, ... and `solid`: a `mesh_file`
     #[arg(long)]
     msh: Option<PathBuf>,
+    /// Solves at several values of a field: p_over_mu=0.02..0.07:6, mesh.max_size_mm=8,4,2
+    #[arg(long, value_name = "PATH=VALUES", conflicts_with_all = ["vtu", "svg", "msh"])]
+    sweep: Option<String>,
+    /// Folder of a sweep's table and picture [default: salp-out/NAME-sweep-FIELD]
+    #[arg(long, requires = "sweep")]
+    out: Option<PathBuf>,
 }
 
 impl Solve {
     /// Solves and prints the answer.
     pub fn run(self, output: Output) -> Result<(), Failure> {
+        if let Some(sweep) = &self.sweep {
+            return self.sweep(&Sweep::read(sweep)?, output);
+        }
         let scene = read_scene(&self.scene.read()?, self.scene.folder())?;
         if self.msh.is_some() && matches!(scene.body, Body::MeshFile(_)) {
             let message = "the scene names a mesh file already";
@@ -69,6 +83,101 @@ impl Solve {
         }
         output.print(&document, || text(&scene, &solution.answer));
         ended_well(&solution.answer)
+    }
+
+    /// Solves at each value. A limit that is met is an answer like others; a failure of ours is none.
+    fn sweep(&self, sweep: &Sweep, output: Output) -> Result<(), Failure> {
+        let folder = self.scene.folder();
+        let scenes = read_each(&self.scene.read()?, sweep, |document, p_over_mu| {
+            let mut scene = read_scene(document, folder)?;
+            if let Some(ratio) = p_over_mu {
+                let mu = Numbers::of(&scene).mu_mpa[0];
+                scene.actuation = scene.actuation.scaled_to(pressure_kpa(ratio, mu));
+            }
+            Ok(scene)
+        })?;
+        let name = self.scene.file.file_stem().unwrap_or_default();
+        let name = name.to_string_lossy().into_owned();
+        let out = self.out.clone().unwrap_or_else(|| {
+            let field = file_part(last_name(&sweep.path));
+            PathBuf::from(format!("salp-out/{name}-sweep-{field}"))
+        });
+        let mut points = Vec::new();
+        for (scene, value) in scenes.iter().zip(&sweep.values) {
+            let before = cpu_seconds();
+            let options = SceneOptions::default();
+            let answer = solve_scene(scene, &options, &mut Unobserved)?.answer;
+            let point = swept_point(scene, value, &answer, cpu_seconds() - before);
+            note(&format!("{}: {}", sweep.assignment(value), point.status));
+            points.push(point);
+        }
+        let swept = Swept {
+            sweep,
+            name,
+            points,
+            drawn: drawn(&scenes[0]),
+            caption: about(&scenes[0]),
+        };
+        swept.write(&out)?;
+        let alarms = swept.points.iter().any(|p| p.status == "not_converged");
+        let status = if alarms { "not_converged" } else { "ok" };
+        output.print(&swept.document(status), || {
+            let mut lines = vec![swept.table()];
+            let numbers: Vec<Numbers> = swept
+                .points
+                .iter()
+                .filter_map(|p| p.numbers.clone())
+                .collect();
+            lines.extend(lines_of(&numbers));
+            lines.push(format!("table and picture in {}", out.display()));
+            lines.join("\n")
+        });
+        if alarms {
+            return Err(Failure::Run("not converged: a fault of ours"));
+        }
+        Ok(())
+    }
+}
+
+fn swept_point(scene: &Scene, value: &Value, answer: &SceneAnswer, cpu_s: f64) -> SweptPoint {
+    let stretch = answer.path.iter().map(|s| s.max_stretch);
+    SweptPoint {
+        value: value.clone(),
+        status: json!(answer.status).as_str().unwrap_or_default().to_owned(),
+        objective: answer.objective,
+        area: answer.enclosed_area_mm2,
+        max_stretch: (!answer.path.is_empty()).then(|| stretch.fold(1.0, f64::max)),
+        numbers: Some(Numbers::of(scene)),
+        cpu_s,
+        more: Vec::new(),
+        folder: None,
+    }
+}
+
+fn about(scene: &Scene) -> Vec<String> {
+    let target = scene.objective.as_ref();
+    let target = target.map(|goal| format!("objective: {}", goal.words()));
+    target
+        .into_iter()
+        .chain(["no limits: walls may overlap, stretches are what they are".into()])
+        .collect()
+}
+
+/// What a sweep of a scene is about: its area, else its objective, else its stretch.
+fn drawn(scene: &Scene) -> Drawn {
+    match &scene.objective {
+        Some(goal) if matches!(goal.measure, Measure::EnclosedArea { .. }) => Drawn {
+            label: "|enclosed area| (mm\u{b2})".into(),
+            of: |p| p.area.map(f64::abs),
+        },
+        Some(goal) => Drawn {
+            label: format!("objective ({})", goal.unit()),
+            of: |p| p.objective,
+        },
+        None => Drawn {
+            label: "largest averaged stretch".into(),
+            of: |p| p.max_stretch.filter(|_| p.status == "ok"),
+        },
     }
 }
 

@@ -54,6 +54,23 @@ impl ActuationCycle {
         })
     }
 
+    /// Largest absolute pressure, kPa.
+    pub fn largest_kpa(&self) -> f64 {
+        let all = self.rows_kpa.iter().flatten();
+        all.fold(0.0, |largest: f64, p| largest.max(p.abs()))
+    }
+
+    /// The same schedule, scaled to another largest pressure.
+    #[must_use]
+    pub fn scaled_to(&self, largest_kpa: f64) -> Self {
+        let factor = largest_kpa / self.largest_kpa();
+        let mut scaled = self.clone();
+        for p in scaled.rows_kpa.iter_mut().flatten() {
+            *p *= factor;
+        }
+        scaled
+    }
+
     /// Number of legs.
     pub fn legs(&self) -> usize {
         self.rows_kpa.len().saturating_sub(1)

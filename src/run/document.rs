@@ -2,12 +2,13 @@
 
 use salp_core::study::Study;
 use salp_protocol::{
-    Axis, Best, Candidate, Curve, EvaluationRow, RestartView, StepState, StudyId, StudyState,
-    StudyView,
+    Axis, Best, Candidate, Curve, EvaluationRow, RestartView, StepState, StepView, StudyId,
+    StudyState, StudyView,
 };
 use salp_worker::Client;
 use serde_json::{Value, json};
 
+use super::active::ActiveLimits;
 use crate::failure::Failure;
 use crate::show::stop_reason;
 
@@ -25,6 +26,8 @@ pub struct Results {
     pub curve: Curve,
     /// How many candidates each step keeps.
     keeps: Vec<usize>,
+    /// Active limits at each step's best design.
+    active: Vec<Option<ActiveLimits>>,
     /// Wall time, s.
     pub seconds: f64,
 }
@@ -39,8 +42,15 @@ impl Results {
     ) -> Result<Self, Failure> {
         let mut ledger = client.evaluations(id, true)?;
         ledger.sort_by_key(|row| (row.step, row.restart, row.batch, row.batch_index));
+        let view = client.study(id)?;
+        let active = |(step, s): (usize, &StepView)| {
+            let best = s.best.as_ref()?;
+            let row = ledger.iter().find(|r| r.evaluation == best.evaluation)?;
+            ActiveLimits::of(study, step, &best.x, row.outcome.as_ref()?)
+        };
         Ok(Self {
-            view: client.study(id)?,
+            active: view.steps.iter().enumerate().map(active).collect(),
+            view,
             restarts: client.restarts(id)?,
             ledger,
             candidates: client.candidates(id)?,
@@ -63,6 +73,11 @@ impl Results {
             .enumerate()
             .rev()
             .find_map(|(step, view)| Some((step, view.best.as_ref()?)))
+    }
+
+    /// Active limits at a step's best design.
+    pub fn active(&self, step: usize) -> Option<&ActiveLimits> {
+        self.active.get(step)?.as_ref()
     }
 
     /// The document.
@@ -91,6 +106,7 @@ impl Results {
                 "objective": best.objective,
                 "max_violation": best.max_violation,
                 "evaluation": best.evaluation,
+                "limits": self.active(step).map(ActiveLimits::document),
             })
         });
         let candidates: Vec<Value> = self

@@ -1,11 +1,13 @@
 //! `salp run`: a whole study on this machine. The coordinator runs in this process on a SQLite file in DIR, workers are
 //! child processes, and a report is written at the end. The same study in the same DIR goes on where it was.
 
+mod active;
 mod coordinator;
 mod document;
 mod folder;
 mod progress;
 mod report;
+mod sweep;
 mod workers;
 
 use std::path::{Path, PathBuf};
@@ -13,11 +15,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
+use salp_core::document::Sweep;
 use salp_core::fault::Faults;
 use salp_core::study::spec::Model;
 use salp_core::study::{Study, read_study};
 use salp_protocol::{StudyId, StudyState};
 use salp_worker::Client;
+use serde_json::Value;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -47,16 +51,61 @@ pub struct Run {
     /// Lets the study start its programs
     #[arg(long)]
     allow_commands: bool,
+    /// Runs the study at several values of a field, each in a folder of its own: p_over_mu=0.02..0.07:6,
+    /// step[0].constraints.stretch=1.5,1.85,2.0
+    #[arg(long, value_name = "PATH=VALUES")]
+    sweep: Option<String>,
+}
+
+/// A study that has ended, or was paused.
+struct Ended {
+    state: StudyState,
+    results: Results,
+    document: Value,
+    /// The summary; empty of a paused study.
+    text: String,
+}
+
+impl Ended {
+    fn well(&self) -> Result<(), Failure> {
+        match (self.state, self.results.failure()) {
+            (StudyState::Failed, why) => Err(Failure::Study(why.unwrap_or_default().to_owned())),
+            (StudyState::Cancelled, _) => Err(Failure::Study("it was cancelled".into())),
+            _ => Ok(()),
+        }
+    }
 }
 
 impl Run {
     /// Runs, resumes, or reports again.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let study = read_study(&self.study.read()?, true)?;
-        self.check_programs(&study)?;
-        let count = self.workers.map_or_else(cores, usize::from);
+        let document = self.study.read()?;
         let interrupted = interrupted()?;
-        let mut folder = RunFolder::open(self.folder(&study), &study, self.fresh)?;
+        if let Some(sweep) = &self.sweep {
+            return self.sweep(&document, &Sweep::read(sweep)?, &interrupted, output);
+        }
+        let study = read_study(&document, true)?;
+        self.check_programs(&study)?;
+        let ended = self.carry_out(&study, self.folder(&study), &interrupted)?;
+        if ended.state == StudyState::Paused {
+            if output.json {
+                output.line(&ended.document.to_string());
+            }
+            return Err(Failure::Paused);
+        }
+        output.print(&ended.document, || ended.text.clone());
+        ended.well()
+    }
+
+    /// A study in its folder, until it ends or is interrupted.
+    fn carry_out(
+        &self,
+        study: &Study,
+        folder: PathBuf,
+        interrupted: &AtomicBool,
+    ) -> Result<Ended, Failure> {
+        let count = self.workers.map_or_else(cores, usize::from);
+        let mut folder = RunFolder::open(folder, study, self.fresh)?;
         let coordinator = Coordinator::start(&folder.store(), self.allow_commands)?;
         let client = coordinator.client();
         // The resolved document: the same study is the same text, whatever its file looks like.
@@ -70,24 +119,22 @@ impl Run {
             workers: count,
             programs: programs.as_deref(),
         };
-        let state = job.carry_out(&study, &mut folder, &interrupted)?;
+        let state = job.carry_out(study, &mut folder, interrupted)?;
         folder.ended()?;
-        let results = Results::fetch(&client, &created.id, &study, folder.seconds())?;
+        let results = Results::fetch(&client, &created.id, study, folder.seconds())?;
         coordinator.stop()?;
         let document = results.document(state);
-        if state == StudyState::Paused {
-            if output.json {
-                output.line(&document.to_string());
-            }
-            return Err(Failure::Paused);
-        }
-        let text = report::write(&folder, &study, &results, &document)?;
-        output.print(&document, || text);
-        match (state, results.failure()) {
-            (StudyState::Failed, why) => Err(Failure::Study(why.unwrap_or_default().to_owned())),
-            (StudyState::Cancelled, _) => Err(Failure::Study("it was cancelled".into())),
-            _ => Ok(()),
-        }
+        let text = if state == StudyState::Paused {
+            String::new()
+        } else {
+            report::write(&folder, study, &results, &document)?
+        };
+        Ok(Ended {
+            state,
+            results,
+            document,
+            text,
+        })
     }
 
     fn folder(&self, study: &Study) -> PathBuf {

@@ -15,8 +15,9 @@ use super::document::Results;
 use super::folder::RunFolder;
 use super::progress::labels;
 use crate::failure::Failure;
+use crate::numbers::Numbers;
 use crate::output::{number, write_file};
-use crate::shape::{Numbers, picture};
+use crate::shape::picture;
 use crate::stopwatch::Stopwatch;
 
 /// Writes everything; answers the summary.
@@ -49,10 +50,17 @@ pub fn write(
                 number(Some(best.max_violation))
             ));
             lines.extend(measures(study, results, step, best));
+            if let Some(active) = results.active(step) {
+                lines.extend(
+                    active.lines(
+                        &goal.map_or_else(String::new, |goal| format!(" ({})", goal.unit())),
+                    ),
+                );
+            }
             if let Some((scene, plan_base)) = winner(study, results, step, best) {
                 caption = Numbers::of(&scene).lines();
                 caption.push(limits(study, step));
-                summary["numbers"] = numbers(&scene);
+                summary["numbers"] = Numbers::of(&scene).document();
                 write_file(&at("best.json"), &pretty(&scene.document()))?;
                 let plan = plan_base.and_then(|base| study.mesh_plan(step, &base).ok().flatten());
                 let drawn = draw(study, &scene, plan, &caption)?;
@@ -115,7 +123,7 @@ fn counts(results: &Results) -> Vec<String> {
 }
 
 /// CPU time that was spent: a known result costs nothing again.
-fn cpu_s(results: &Results) -> f64 {
+pub fn cpu_s(results: &Results) -> f64 {
     results
         .ledger
         .iter()
@@ -211,6 +219,8 @@ fn draw(
             "no walls overlap"
         }
     ));
+    let noted = answer.notes.iter();
+    lines.extend(noted.map(|note| format!("note: {}: {}", note.about, note.message)));
     let svg = match &solution.body {
         Some(body) => picture(
             &format!("{}: best design", study.name),
@@ -225,18 +235,6 @@ fn draw(
         svg,
         enclosed_area_mm2: answer.enclosed_area_mm2,
         lines,
-    })
-}
-
-fn numbers(scene: &Scene) -> Value {
-    let numbers = Numbers::of(scene);
-    json!({
-        "p_over_mu": numbers.p_over_mu,
-        "pressure_kpa": numbers.pressure_kpa,
-        "mu_mpa": numbers.mu_mpa,
-        "schedule_kpa": scene.actuation.rows_kpa,
-        "units": numbers.units,
-        "tip_mm": numbers.tip.map(|(_, at)| at),
     })
 }
 
@@ -272,7 +270,7 @@ fn measures(study: &Study, results: &Results, step: usize, best: &Best) -> Vec<S
 }
 
 /// What every counted design satisfies, and what is off.
-fn limits(study: &Study, step: usize) -> String {
+pub fn limits(study: &Study, step: usize) -> String {
     let (Some(body), Some(step)) = (&study.body, study.steps.get(step)) else {
         return String::new();
     };

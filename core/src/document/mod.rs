@@ -5,8 +5,10 @@ pub(crate) mod mutate;
 mod node;
 mod parse;
 mod set;
+mod sweep;
 
 pub(crate) use node::{IS_REQUIRED, all};
 pub use node::{Node, Object, read};
 pub use parse::{parse_json, parse_toml};
 pub use set::set;
+pub use sweep::{P_OVER_MU, Sweep, shown};

@@ -11,6 +11,7 @@ pub mod shape;
 mod svg;
 mod text;
 
+pub use axis::Scale;
 pub use curve::{CurvePicture, CurvePoint, CurveSeries};
 pub use scatter::{ScatterPicture, ScatterSeries};
 #[cfg(feature = "solver")]

@@ -1,4 +1,5 @@
-//! The undeformed shape in grey, the deformed mesh in black and the path of the tip in red (the paper's Fig. 8).
+//! The undeformed shape in grey, the deformed mesh in black and the path of the tip in red (the paper's Fig. 8); where the
+//! tip should be in blue.
 
 use std::collections::HashSet;
 
@@ -12,6 +13,8 @@ const MARGIN: f64 = 24.0;
 const DRAWING: f64 = 912.0;
 const INSET: [f64; 2] = [210.0, 170.0];
 const RED: &str = "#d00000";
+/// Okabe and Ito's blue.
+const BLUE: &str = "#0072b2";
 
 /// What is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +29,8 @@ pub struct ShapePicture<'a> {
     pub displacement_mm: Option<&'a [[f64; 2]]>,
     /// Positions of the tip over the cycle, mm, closed by a straight segment; may be empty.
     pub tip_path_mm: &'a [Point],
+    /// Where the tip should be over the cycle, mm; may be empty.
+    pub target_path_mm: &'a [Point],
     /// Lines under the picture: state, p/mu, schedule, units, tip and limits.
     pub caption: &'a [String],
 }
@@ -56,7 +61,13 @@ impl ShapePicture<'_> {
                 .map(|(x, u)| [x[0] + u[0], x[1] + u[1]])
                 .collect(),
         };
-        let (low, high) = extent(reference.iter().chain(&deformed).chain(self.tip_path_mm));
+        let (low, high) = extent(
+            reference
+                .iter()
+                .chain(&deformed)
+                .chain(self.tip_path_mm)
+                .chain(self.target_path_mm),
+        );
         let size = [0, 1].map(|i| (high[i] - low[i]).max(1e-9));
         let scale = (DRAWING / size[0]).min(DRAWING / size[1]);
         let drawing = size.map(|s| s * scale);
@@ -119,6 +130,16 @@ impl ShapePicture<'_> {
     }
 
     fn tip(&self, svg: &mut Svg, view: &View, width: f64) {
+        let target: Vec<[f64; 2]> = self.target_path_mm.iter().map(|p| view.at(*p)).collect();
+        if !target.is_empty() {
+            let style = format!(
+                "fill=\"none\" stroke=\"{BLUE}\" stroke-width=\"{width}\" stroke-dasharray=\"5 3\" stroke-linejoin=\"round\""
+            );
+            svg.path(&polyline(&target, false), &style);
+            for p in &target {
+                svg.disc(*p, 1.3 * width, &format!("fill=\"{BLUE}\""));
+            }
+        }
         let points: Vec<[f64; 2]> = self.tip_path_mm.iter().map(|p| view.at(*p)).collect();
         let style = format!(
             "fill=\"{RED}\" fill-opacity=\"0.12\" fill-rule=\"evenodd\" stroke=\"{RED}\" stroke-width=\"{width}\" stroke-linejoin=\"round\""
@@ -134,7 +155,7 @@ impl ShapePicture<'_> {
         if self.tip_path_mm.len() < 3 {
             return None;
         }
-        let (low, high) = extent(self.tip_path_mm.iter());
+        let (low, high) = extent(self.tip_path_mm.iter().chain(self.target_path_mm));
         let size = [0, 1].map(|i| high[i] - low[i]);
         let largest = size[0].max(size[1]);
         let fits = ((INSET[0] - 50.0) / size[0]).min((INSET[1] - 70.0) / size[1]);
@@ -155,7 +176,7 @@ impl ShapePicture<'_> {
             "fill=\"#222222\"",
             &label,
         );
-        let (low, high) = extent(self.tip_path_mm.iter());
+        let (low, high) = extent(self.tip_path_mm.iter().chain(self.target_path_mm));
         let drawn = [0, 1].map(|i| (high[i] - low[i]) * scale);
         let view = View {
             corner_mm: low,
@@ -323,11 +344,15 @@ mod tests {
             boundary: &[],
             displacement_mm: None,
             tip_path_mm: &[[160.0, 40.0], [160.4, 40.5], [160.0, 40.5]],
+            target_path_mm: &[],
             caption: &[],
         };
         let svg = picture.svg();
         assert!(svg.contains("tip path, ") && svg.contains("a &lt;b&gt;"));
         picture.tip_path_mm = &[[160.0, 40.0], [190.0, 40.5], [160.0, 60.5]];
         assert!(!picture.svg().contains("tip path, "));
+        assert!(!picture.svg().contains(BLUE));
+        picture.target_path_mm = &[[160.0, 40.0], [170.0, 50.0]];
+        assert_eq!(picture.svg().matches(BLUE).count(), 3);
     }
 }
