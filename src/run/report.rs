@@ -288,11 +288,20 @@ pub fn limits(study: &Study, step: usize) -> String {
         },
     );
     let gap = constraints
-        .wall_gap
-        .least_mm()
+        .wall_gap_mm
+        .number()
         .map_or_else(String::new, |gap| {
             format!("facing walls \u{2265} {gap} mm apart at every state; ")
         });
+    let margin = constraints.load_margin.number().map_or_else(
+        || "load margin off; ".to_owned(),
+        |factor| format!("the same up to {factor} times every loaded row; "),
+    );
+    let unique = if constraints.exclude_non_unique {
+        "no second equilibrium met; "
+    } else {
+        ""
+    };
     let materials: Vec<&str> = body
         .material
         .each()
@@ -307,7 +316,7 @@ pub fn limits(study: &Study, step: usize) -> String {
         format!("; bounds: {}", bounds.join(", "))
     };
     format!(
-        "limits: {stretch}; walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; {gap}no overlapping walls, no negative pivots; load margin off; material {material}{bounds}",
+        "limits: {stretch}; walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; {margin}{gap}{unique}no overlapping walls, no negative pivots; material {material}{bounds}",
         constraints.wall_mm, constraints.spike_deg
     )
 }

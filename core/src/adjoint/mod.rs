@@ -8,7 +8,7 @@
 //! changes its interpolated displacement by -grad u V at the probe beside the change of u.
 
 use crate::assembly::PointSensitivity;
-use crate::equilibrium::AcceptedState;
+use crate::equilibrium::{AcceptedState, LimitPoint};
 use crate::force::cavity_pressure;
 use crate::objective::probe::ProbePoint;
 
@@ -97,4 +97,19 @@ pub fn of_functionals(
             out
         })
         .collect()
+}
+
+/// d fraction / dX of a limit point: with K psi = 0, R(u, l, X) = 0 and f = -dR/dl, it is psi . dR/dX / (psi . f), in
+/// fractions of the schedule's leg.
+pub fn of_limit_point(point: &LimitPoint<'_>) -> NodeGradient {
+    let system = point.system;
+    let nodes = system.body.mesh.nodes.len();
+    let mut forces = vec![[0.0; 2]; nodes];
+    system.add_forces(point.state, point.rate, &mut forces);
+    let work = |(f, m): (&[f64; 2], &[f64; 2])| f[0] * m[0] + f[1] * m[1];
+    let scale = point.span / forces.iter().zip(point.mode).map(work).sum::<f64>();
+    let mut out = vec![[0.0; 2]; nodes];
+    system.add_shape_derivative(point.state, point.load, point.mode, &mut out);
+    out.iter_mut().flatten().for_each(|g| *g *= scale);
+    out
 }

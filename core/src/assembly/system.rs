@@ -273,32 +273,39 @@ impl System {
         }
     }
 
-    /// External forces that a change of load adds at the present positions, into `out`.
-    pub fn external_change(&self, state: &State, from: &Load, to: &Load, out: &mut [[f64; 2]]) {
-        out.fill([0.0; 2]);
-        let change = Load {
-            pressure: to
-                .pressure
-                .iter()
-                .zip(&from.pressure)
-                .map(|(a, b)| a - b)
-                .collect(),
-            share: to
-                .share
-                .iter()
-                .zip(&from.share)
-                .map(|(a, b)| a - b)
-                .collect(),
-        };
-        let x: Vec<[f64; 2]> = self
-            .body
+    /// Adds the external forces of a load at the present positions.
+    pub fn add_forces(&self, state: &State, load: &Load, out: &mut [[f64; 2]]) {
+        self.add_external(load, &self.position(state), out);
+    }
+
+    /// The conjugate of a load: the sum of pressures times areas of cavities and of tractions times displacements, whose
+    /// derivative with respect to displacements are the load's forces.
+    pub fn conjugate(&self, state: &State, load: &Load) -> f64 {
+        let x = self.position(state);
+        let mut sum = 0.0;
+        for cavity in &self.body.cavities {
+            let p = load.pressure[cavity.channel];
+            if p != 0.0 {
+                sum += p * cavity_pressure::area(cavity, &x);
+            }
+        }
+        for (t, force) in self.body.tractions.iter().zip(&self.traction_forces) {
+            let share = load.share[t.channel];
+            let work = |(f, u): (&[f64; 2], &[f64; 2])| f[0] * u[0] + f[1] * u[1];
+            sum += share * force.iter().zip(&state.u).map(work).sum::<f64>();
+        }
+        sum
+    }
+
+    fn position(&self, state: &State) -> Vec<[f64; 2]> {
+        let moved = |(x, u): (&[f64; 2], &[f64; 2])| [x[0] + u[0], x[1] + u[1]];
+        self.body
             .mesh
             .nodes
             .iter()
             .zip(&state.u)
-            .map(|(x, u)| [x[0] + u[0], x[1] + u[1]])
-            .collect();
-        self.add_external(&change, &x, out);
+            .map(moved)
+            .collect()
     }
 
     /// Size of a displacement increment: (mean over the worst hundredth of the area of |grad du|^8)^(1/8). A pointwise

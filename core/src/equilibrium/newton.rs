@@ -1,13 +1,18 @@
-//! Newton's method at one load, with independent pressure and capped steps.
+//! Newton's method at one load or at one cavity area, with independent pressure and capped steps.
 //!
 //! An energy line search creeps along the valley det F = 1 of nearly incompressible solids, so steps are not searched but
-//! capped: the step is scaled to a displacement gradient of [`Settings::step_cap`]. Where the tangent is not positive
-//! definite a diagonal shift makes it so, which leads towards a stable state; where that does not converge, or the path
-//! is already on an unstable branch, the indefinite factor is used as it is.
+//! capped: the step is scaled to a displacement gradient of [`Settings::step_cap`], and shortened where the smallest J would
+//! fall below a tenth of its value. Where the tangent at a load is not positive definite a diagonal shift makes it so, which
+//! leads towards a stable state; where that does not converge the indefinite factor is used as it is.
+//!
+//! At a given cavity area the load is an unknown: K du = -R + f dl and f . du = q - q(u), with f = dR_ext/dl = dq/du the
+//! forces per unit of load and q their conjugate (for pressures the areas of the cavities, weighted by the pressures'
+//! rates). The bordered system stays regular at a limit point of the load.
 
+use super::leg::Leg;
 use super::observer::{Observer, Phase};
 use super::status::{NotConverged, PathWork};
-use crate::assembly::{Load, State, System, Workspace};
+use crate::assembly::{Assembled, Load, State, System, Workspace};
 use crate::linear::Solver;
 
 /// Settings of Newton's method and of the load path.
@@ -25,6 +30,20 @@ pub struct Settings {
     pub least_step: f64,
     /// Factorisations of the whole path.
     pub max_factorisations: usize,
+    /// What leads the path.
+    pub control: Control,
+    /// Load margin: beyond every loaded row of the schedule the path is followed on to this many times the row.
+    pub load_margin: Option<f64>,
+}
+
+/// What leads the path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Control {
+    /// The load; where it has a limit, the cavity area locates it.
+    #[default]
+    Load,
+    /// The cavity area from the start of every leg: a second way to the same limits.
+    CavityArea,
 }
 
 impl Default for Settings {
@@ -36,6 +55,8 @@ impl Default for Settings {
             predictor_cap: 0.7,
             least_step: 1e-4,
             max_factorisations: 20_000,
+            control: Control::Load,
+            load_margin: None,
         }
     }
 }
@@ -44,13 +65,64 @@ impl Default for Settings {
 const ROUND_OFF: f64 = 1e-6;
 /// Iterations with a shifted tangent before the indefinite factor is used as it is.
 const SHIFTED_ITERATIONS: usize = 10;
+/// A step is shortened until the smallest J keeps this share of its value.
+const LEAST_J_KEPT: f64 = 0.1;
+/// Corrections that grow by this factor, and are larger than the other, tell a bend of the path.
+const GROWTH: f64 = 1.5;
+const NOTICED: f64 = 0.02;
+/// Steps of a damped motion, the largest size of one, and the least damping as a share of the tangent's mean diagonal.
+const RELAXATIONS: usize = 200;
+const CALM_STEP: f64 = 0.2;
+const LEAST_DAMPING: f64 = 1e-6;
+/// A search for a near equilibrium whose correction is larger than this is lost.
+const LOST_STEP: f64 = 2.0;
+/// How often a step is shortened for J.
+const MOST_SHORTENINGS: usize = 12;
 
 /// What one Newton solve gave.
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Converged {
-    /// Accepted: relative residual, smallest J.
-    Yes { residual: f64, least_j: f64 },
+    /// Accepted.
+    Yes(Solved),
     /// Not accepted.
-    No { residual: f64, iterations: usize },
+    No,
+}
+
+impl Converged {
+    pub(super) fn solved(self) -> Option<Solved> {
+        match self {
+            Self::Yes(solved) => Some(solved),
+            Self::No => None,
+        }
+    }
+}
+
+/// A solution.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solved {
+    /// Residual over the force scale.
+    pub residual: f64,
+    /// Smallest J.
+    pub least_j: f64,
+    /// Whether a tangent on the way was indefinite, or a correction larger than the one before.
+    pub bent: bool,
+    /// Fraction of the leg: that of the load, or the one found at the cavity area.
+    pub fraction: f64,
+}
+
+/// What is held while the displacements are found.
+#[derive(Clone, Copy)]
+pub(super) enum Held<'a> {
+    /// The load at a fraction of a leg; the state that is sought is stable.
+    Load { leg: &'a Leg, fraction: f64 },
+    /// The load; whichever state is near.
+    LoadNearest { leg: &'a Leg, fraction: f64 },
+    /// The conjugate of the leg's load, from a guess of the fraction.
+    Area {
+        leg: &'a Leg,
+        fraction: f64,
+        conjugate: f64,
+    },
 }
 
 /// The loop's surroundings.
@@ -60,51 +132,70 @@ pub(super) struct Newton<'a> {
     pub settings: &'a Settings,
     pub force_floor: f64,
     pub work: &'a mut PathWork,
+    pub vectors: &'a mut Workspace,
     pub observer: &'a mut dyn Observer,
+    /// The shift with which the next indefinite tangent is tried first.
+    pub shift: f64,
 }
 
 impl Newton<'_> {
-    /// Solves R(u) = 0 at `load` from `state`; `unstable` says that the path is on an unstable branch already.
+    /// Solves R(u) = 0 from `state`, whose smallest J is `least_j`, moved by `first`.
     pub(super) fn solve(
         &mut self,
         state: &mut State,
-        load: &Load,
-        unstable: bool,
-        vectors: &mut Workspace,
+        mut least_j: f64,
+        first: &[[f64; 2]],
+        held: Held<'_>,
     ) -> Result<Converged, NotConverged> {
         let system = self.system;
+        let (leg, mut fraction, area) = match held {
+            Held::Load { leg, fraction } | Held::LoadNearest { leg, fraction } => {
+                (leg, fraction, None)
+            }
+            Held::Area {
+                leg,
+                fraction,
+                conjugate,
+            } => (leg, fraction, Some(conjugate)),
+        };
+        let seek_stable = matches!(held, Held::Load { .. });
         let mut step = vec![0.0; system.dofs.free()];
-        let mut du = vec![[0.0; 2]; system.body.mesh.nodes.len()];
+        let mut du = first.to_vec();
         let mut best = f64::INFINITY;
         let mut last = f64::INFINITY;
         let mut shifted = 0;
+        let mut bent = false;
+        let mut last_size = f64::INFINITY;
         let mut since_best = 0;
         for iteration in 0..=self.settings.max_iterations {
             if self.observer.cancelled() {
                 return Err(NotConverged::Cancelled);
             }
             self.observer.enter(Phase::Assembly);
-            let assembled = system.assemble(state, load, false, true, vectors);
+            let load = leg.load(fraction);
+            let Some(assembled) = self.move_by(state, &mut du, &load, least_j) else {
+                return Ok(Converged::No);
+            };
+            least_j = assembled.least_j;
             let relative = assembled.residual / assembled.force.max(self.force_floor);
-            if assembled.least_j <= 0.0 || !relative.is_finite() {
-                return Ok(Converged::No {
-                    residual: f64::INFINITY,
-                    iterations: iteration,
-                });
+            let missing = area.map_or(0.0, |q| q - system.conjugate(state, leg.rate()));
+            if !relative.is_finite() {
+                return Ok(Converged::No);
             }
-            if iteration > 0 {
+            let solved = Solved {
+                residual: relative,
+                least_j,
+                bent,
+                fraction,
+            };
+            let on_area = area.is_none_or(|q| missing.abs() <= 1e-9 * q.abs().max(1e-6));
+            if iteration > 0 && on_area {
                 if relative <= self.settings.tolerance {
-                    return Ok(Converged::Yes {
-                        residual: relative,
-                        least_j: assembled.least_j,
-                    });
+                    return Ok(Converged::Yes(solved));
                 }
                 if relative < ROUND_OFF && relative > 0.5 * last && last < ROUND_OFF {
                     self.work.stagnated += 1;
-                    return Ok(Converged::Yes {
-                        residual: relative,
-                        least_j: assembled.least_j,
-                    });
+                    return Ok(Converged::Yes(solved));
                 }
             }
             if relative < 0.9 * best {
@@ -115,76 +206,201 @@ impl Newton<'_> {
             }
             last = relative;
             if iteration == self.settings.max_iterations || since_best > 12 {
-                return Ok(Converged::No {
-                    residual: relative,
-                    iterations: iteration,
-                });
+                return Ok(Converged::No);
             }
             self.work.newton_iterations += 1;
             self.observer.enter(Phase::Factorisation);
-            self.factorise(unstable, &mut shifted, vectors)?;
-            system.dofs.gather(&vectors.residual, &mut step);
-            self.solver.solve(&mut step, 1);
+            let definite = self.factorise(seek_stable, &mut shifted)?;
+            bent |= !definite;
             du.fill([0.0; 2]);
-            system.dofs.add_to_field(-1.0, &step, &mut du);
+            let mut change = 0.0;
+            if area.is_some() {
+                change = self.bordered_step(state, leg, missing, &mut step, &mut du);
+            } else {
+                system.dofs.gather(&self.vectors.residual, &mut step);
+                self.solver.solve(&mut step, 1);
+                system.dofs.add_to_field(-1.0, &step, &mut du);
+            }
             let size = system.gradient_size(&du);
-            if !size.is_finite() {
-                return Ok(Converged::No {
-                    residual: relative,
-                    iterations: iteration,
-                });
+            bent |= size > GROWTH * last_size && size > NOTICED;
+            last_size = size;
+            let lost = matches!(held, Held::LoadNearest { .. }) && size > LOST_STEP;
+            if !size.is_finite() || !change.is_finite() || lost {
+                return Ok(Converged::No);
             }
             if size > self.settings.step_cap {
                 let scale = self.settings.step_cap / size;
                 du.iter_mut().flatten().for_each(|d| *d *= scale);
+                change *= scale;
             }
-            system.advance(state, &du);
+            fraction += change;
         }
-        Ok(Converged::No {
-            residual: last,
-            iterations: self.settings.max_iterations,
-        })
+        Ok(Converged::No)
     }
 
-    /// Factorises the tangent of the workspace, shifted where that makes it positive definite.
-    fn factorise(
+    /// Moves the state by `du`, shortened until the smallest J keeps its share, and assembles there.
+    fn move_by(
         &mut self,
-        unstable: bool,
-        shifted: &mut usize,
-        vectors: &mut Workspace,
-    ) -> Result<(), NotConverged> {
-        self.check_work()?;
-        if self.solver.factorise(&vectors.tangent) {
-            self.work.factorisations += 1;
-            return Ok(());
+        state: &mut State,
+        du: &mut [[f64; 2]],
+        load: &Load,
+        least_j: f64,
+    ) -> Option<Assembled> {
+        let system = self.system;
+        let before = state.u.clone();
+        for _ in 0..MOST_SHORTENINGS {
+            system.advance(state, du);
+            let assembled = system.assemble(state, load, false, true, self.vectors);
+            if assembled.least_j > LEAST_J_KEPT * least_j {
+                return Some(assembled);
+            }
+            state.u.copy_from_slice(&before);
+            du.iter_mut().flatten().for_each(|d| *d *= 0.5);
         }
+        None
+    }
+
+    /// The step at a held cavity area into `step` and `du`; the change of the fraction.
+    fn bordered_step(
+        &mut self,
+        state: &State,
+        leg: &Leg,
+        missing: f64,
+        step: &mut [f64],
+        du: &mut [[f64; 2]],
+    ) -> f64 {
+        let system = self.system;
+        let n = step.len();
+        let mut forces = vec![[0.0; 2]; du.len()];
+        system.add_forces(state, leg.rate(), &mut forces);
+        let mut f = vec![0.0; n];
+        system.dofs.gather(&forces, &mut f);
+        let mut both = vec![0.0; 2 * n];
+        both[..n].copy_from_slice(&f);
+        system.dofs.gather(&self.vectors.residual, &mut both[n..]);
+        self.solver.solve(&mut both, 2);
+        let (a, b) = both.split_at(n);
+        let dot = |v: &[f64]| f.iter().zip(v).map(|(x, y)| x * y).sum::<f64>();
+        let change = (missing + dot(b)) / dot(a);
+        for ((s, a), b) in step.iter_mut().zip(a).zip(b) {
+            *s = change * a - b;
+        }
+        system.dofs.add_to_field(1.0, step, du);
+        change
+    }
+
+    /// Follows the damped motion (K + m I) du = -R from `state` at a load to a stable state, as a body does that snaps: the
+    /// damping m is raised where a step would be large and falls as the motion calms.
+    pub(super) fn relax(
+        &mut self,
+        state: &mut State,
+        mut least_j: f64,
+        leg: &Leg,
+        fraction: f64,
+    ) -> Result<Converged, NotConverged> {
+        let system = self.system;
+        let load = leg.load(fraction);
+        let mut step = vec![0.0; system.dofs.free()];
+        let mut du = vec![[0.0; 2]; system.body.mesh.nodes.len()];
+        let pattern = &system.pattern;
+        let n = pattern.size();
+        let mut damping = 0.0;
+        for iteration in 0..RELAXATIONS {
+            if self.observer.cancelled() {
+                return Err(NotConverged::Cancelled);
+            }
+            self.observer.enter(Phase::Assembly);
+            let Some(assembled) = self.move_by(state, &mut du, &load, least_j) else {
+                return Ok(Converged::No);
+            };
+            least_j = assembled.least_j;
+            let relative = assembled.residual / assembled.force.max(self.force_floor);
+            if !relative.is_finite() {
+                return Ok(Converged::No);
+            }
+            if iteration > 0 && relative <= self.settings.tolerance {
+                return Ok(Converged::Yes(Solved {
+                    residual: relative,
+                    least_j,
+                    bent: true,
+                    fraction,
+                }));
+            }
+            self.work.newton_iterations += 1;
+            self.observer.enter(Phase::Factorisation);
+            let diagonal = |k: usize| pattern.diagonal(k);
+            let mean = (0..n)
+                .map(|k| self.vectors.tangent[diagonal(k)].abs())
+                .sum::<f64>()
+                / n as f64;
+            let mut applied = 0.0;
+            loop {
+                self.check_work()?;
+                (0..n).for_each(|k| self.vectors.tangent[diagonal(k)] += damping - applied);
+                applied = damping;
+                self.work.factorisations += 1;
+                let definite = self.solver.factorise(&self.vectors.tangent);
+                let mut size = f64::INFINITY;
+                if definite {
+                    system.dofs.gather(&self.vectors.residual, &mut step);
+                    self.solver.solve(&mut step, 1);
+                    du.fill([0.0; 2]);
+                    system.dofs.add_to_field(-1.0, &step, &mut du);
+                    size = system.gradient_size(&du);
+                }
+                if size <= CALM_STEP {
+                    if size < 0.25 * CALM_STEP {
+                        damping *= 0.3;
+                    }
+                    if damping < LEAST_DAMPING * mean {
+                        damping = 0.0;
+                    }
+                    break;
+                }
+                damping = (4.0 * damping).max(LEAST_DAMPING * mean);
+                if damping > mean {
+                    return Ok(Converged::No);
+                }
+            }
+        }
+        Ok(Converged::No)
+    }
+
+    /// Factorises the tangent of the workspace; whether it was positive definite. Where a stable state is sought one that
+    /// is not is shifted until it is.
+    fn factorise(&mut self, seek_stable: bool, shifted: &mut usize) -> Result<bool, NotConverged> {
+        self.check_work()?;
         self.work.factorisations += 1;
-        if unstable || *shifted >= SHIFTED_ITERATIONS {
-            self.solver.factorise_indefinite(&vectors.tangent);
+        if self.solver.factorise(&self.vectors.tangent) {
+            return Ok(true);
+        }
+        if !seek_stable || *shifted >= SHIFTED_ITERATIONS {
             self.work.factorisations += 1;
-            return Ok(());
+            self.solver.factorise_indefinite(&self.vectors.tangent);
+            return Ok(false);
         }
         *shifted += 1;
         let pattern = &self.system.pattern;
         let n = pattern.size();
         let mean = (0..n)
-            .map(|k| vectors.tangent[pattern.diagonal(k)].abs())
+            .map(|k| self.vectors.tangent[pattern.diagonal(k)].abs())
             .sum::<f64>()
             / n as f64;
-        let (mut shift, mut applied) = (1e-4 * mean, 0.0);
+        let (mut shift, mut applied) = (self.shift.max(1e-4 * mean), 0.0);
         loop {
             for k in 0..n {
-                vectors.tangent[pattern.diagonal(k)] += shift - applied;
+                self.vectors.tangent[pattern.diagonal(k)] += shift - applied;
             }
             applied = shift;
             self.check_work()?;
             self.work.factorisations += 1;
-            if self.solver.factorise(&vectors.tangent) {
-                return Ok(());
+            if self.solver.factorise(&self.vectors.tangent) {
+                self.shift = 0.2 * shift;
+                return Ok(false);
             }
             if shift > 1e3 * mean {
-                self.solver.factorise_indefinite(&vectors.tangent);
-                return Ok(());
+                self.solver.factorise_indefinite(&self.vectors.tangent);
+                return Ok(false);
             }
             shift *= 5.0;
         }

@@ -10,6 +10,19 @@ pub enum LimitKind {
     LimitPoint,
     /// The stretch grows without bound while the load tends to a value.
     Asymptote,
+    /// The path loses its stability to a branch that has no stable state near.
+    Bifurcation,
+}
+
+impl LimitKind {
+    /// Its name in documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LimitPoint => "limit_point",
+            Self::Asymptote => "asymptote",
+            Self::Bifurcation => "bifurcation",
+        }
+    }
 }
 
 /// Where equilibrium ended.
@@ -19,24 +32,51 @@ pub struct Limit {
     pub kind: LimitKind,
     /// Leg, from 0.
     pub leg: usize,
-    /// Fraction of the leg of the last converged state.
+    /// Fraction of the leg.
     pub fraction: f64,
-    /// Pressures of the last converged state, kPa.
+    /// Pressures there, kPa.
     pub pressure_kpa: Vec<f64>,
+    /// Of an asymptote: the pressures to which the load tends, extrapolated, kPa.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asymptote_kpa: Option<Vec<f64>>,
+}
+
+/// Where a second equilibrium was met.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LossOfUniqueness {
+    /// Leg, from 0.
+    pub leg: usize,
+    /// Fraction of the leg: where the branch became unstable (located by bisection to 1 %), bends, or snaps.
+    pub fraction: f64,
+    /// Channel pressures, kPa.
+    pub pressure_kpa: Vec<f64>,
+    /// Negative pivots of the equilibrium that was left, or found beside; 0 for a snap.
+    pub negative_pivots: usize,
+}
+
+/// A load margin that was not reached.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LostMargin {
+    /// Leg at whose end it begins.
+    pub leg: usize,
+    /// Times the row's load that was reached.
+    pub factor: f64,
+    /// What ended it.
+    pub end: PathEnd,
 }
 
 /// A failure of ours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "cause", rename_all = "snake_case")]
 pub enum NotConverged {
-    /// Newton's method failed at the smallest load step.
+    /// Newton's method failed at the smallest step.
     #[error(
-        "failed to converge at leg {leg}, fraction {fraction}: relative residual {residual:e} after {iterations} iterations at the smallest load step"
+        "failed to converge at leg {leg}, fraction {fraction}: relative residual {residual:e} after {iterations} iterations at the smallest step"
     )]
     Newton {
         /// Leg, from 0.
         leg: usize,
-        /// Fraction that was tried.
+        /// Fraction of the last converged state.
         fraction: f64,
         /// Largest residual over the force scale at the end.
         residual: f64,
@@ -71,6 +111,27 @@ pub enum PathEnd {
     NotConverged(NotConverged),
 }
 
+impl From<NotConverged> for PathEnd {
+    fn from(why: NotConverged) -> Self {
+        Self::NotConverged(why)
+    }
+}
+
+/// A followed path.
+#[derive(Clone, Debug)]
+pub struct PathReport {
+    /// How it ended.
+    pub end: PathEnd,
+    /// Counts of work.
+    pub work: PathWork,
+    /// (leg + fraction) / legs of the last converged state.
+    pub reached: f64,
+    /// The first loss of uniqueness that was met.
+    pub loss: Option<LossOfUniqueness>,
+    /// The first load margin that was not reached.
+    pub lost_margin: Option<LostMargin>,
+}
+
 /// Work of a path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PathWork {
@@ -82,6 +143,8 @@ pub struct PathWork {
     pub inserted_states: usize,
     /// Load steps that were cut after a failure.
     pub load_cuts: usize,
+    /// Snaps to a stable state of a slightly larger load.
+    pub snaps: usize,
     /// States accepted at round-off above the tolerance.
     pub stagnated: usize,
 }

@@ -112,7 +112,7 @@ fn inner_displacement(kind: ElementKind, n: usize) -> (f64, PathWork) {
         tolerance: 1e-10,
         ..Settings::default()
     };
-    let (end, work, _) = follow(
+    let PathReport { end, work, .. } = follow(
         &system,
         &mut solver,
         &cycle,

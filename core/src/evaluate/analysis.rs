@@ -2,14 +2,15 @@
 //!
 //! What is not wanted is not allocated, not computed and not paid for.
 
-use super::limits::{Extremum, Limits};
+use super::limits::{Extrema, Extremum, Limits};
 use super::measure::{PathMeasure, Quantity, Sensitivities};
 use crate::actuation::{ActuationCycle, ActuationPoint};
-use crate::adjoint;
+use crate::adjoint::{self, NodeGradient};
 use crate::assembly::{FoldedReference, State, System};
 use crate::constraint::walls::{Crossing, Walls};
 use crate::equilibrium::{
-    AcceptedState, Observer, PathEnd, PathWork, Phase, Settings, StateVisitor, follow,
+    AcceptedState, LimitPoint, LossOfUniqueness, LostMargin, Observer, PathEnd, PathReport,
+    PathWork, Phase, Settings, StateVisitor, follow,
 };
 use crate::force::cavity_pressure;
 use crate::linear::AnalysisFailed;
@@ -77,6 +78,8 @@ pub struct Analysis {
     pub work: PathWork,
     /// (leg + fraction) / legs of the last converged state.
     pub reached: f64,
+    /// The first loss of uniqueness that was met.
+    pub loss: Option<LossOfUniqueness>,
     /// States of the path that were reached.
     pub states: Vec<Measured>,
     /// Derivatives of the numbers of which the wanted measures are made.
@@ -84,6 +87,14 @@ pub struct Analysis {
     /// Smooth maximum of the averaged stretch over the path, and its derivative, per region of the solid; empty where it
     /// is left out.
     pub stretch: Vec<Extremum>,
+    /// Smooth maximum of the averaged stretch over the states at the load margin, and its derivative, per region.
+    pub margin: Vec<Extremum>,
+    /// Largest averaged stretch at the load margin, where it was reached.
+    pub margin_stretch: Option<f64>,
+    /// The first load margin that was not reached.
+    pub lost_margin: Option<LostMargin>,
+    /// Derivative of the last limit point's load, in fractions of its leg.
+    pub limit_gradient: Option<NodeGradient>,
     /// Smooth minimum of the gaps over the path, mm, and its derivative, per channel; empty where it is left out.
     pub wall_gap: Vec<Extremum>,
     /// Displacement fields per state.
@@ -115,7 +126,13 @@ pub fn analyse(
     let system = System::new(body, laws)?;
     let mut solver = system.solver()?;
     let mut recorder = Recorder::new(&system, probes, cycle.channels(), wanted);
-    let (end, work, reached) = follow(
+    let PathReport {
+        end,
+        work,
+        reached,
+        loss,
+        lost_margin,
+    } = follow(
         &system,
         &mut solver,
         cycle,
@@ -128,17 +145,28 @@ pub fn analyse(
         sensitivities,
         fields,
         limits,
+        margin_stretch,
+        limit_gradient,
         ..
     } = recorder;
-    let (stretch, wall_gap) = limits.finish();
+    let Extrema {
+        stretch,
+        margin,
+        wall_gap,
+    } = limits.finish();
     Ok(Analysis {
         system,
         end,
         work,
         reached,
+        loss,
         states,
         sensitivities,
         stretch,
+        margin,
+        margin_stretch,
+        lost_margin,
+        limit_gradient,
         wall_gap,
         fields,
     })
@@ -155,6 +183,8 @@ struct Recorder<'a> {
     sensitivities: Sensitivities,
     fields: Vec<Vec<[f64; 2]>>,
     crossed: bool,
+    margin_stretch: Option<f64>,
+    limit_gradient: Option<NodeGradient>,
 }
 
 impl<'a> Recorder<'a> {
@@ -170,6 +200,8 @@ impl<'a> Recorder<'a> {
             sensitivities: Sensitivities::default(),
             fields: Vec::new(),
             crossed: false,
+            margin_stretch: None,
+            limit_gradient: None,
         }
     }
 
@@ -240,6 +272,23 @@ impl StateVisitor for Recorder<'_> {
         self.add_sensitivities(&mut accepted);
         self.limits.add(&mut accepted, stretch.as_ref());
         max_stretch
+    }
+
+    fn margin(&mut self, mut accepted: AcceptedState<'_>, observer: &mut dyn Observer) {
+        observer.enter(Phase::Measures);
+        let stretch = self.limits.add_margin(&mut accepted);
+        self.margin_stretch = stretch
+            .into_iter()
+            .chain(self.margin_stretch)
+            .reduce(f64::max);
+    }
+
+    fn wants_limit_points(&self) -> bool {
+        self.wanted.limit_gradients
+    }
+
+    fn limit_point(&mut self, point: LimitPoint<'_>) {
+        self.limit_gradient = Some(adjoint::of_limit_point(&point));
     }
 
     fn stretch(&mut self, system: &System, state: &State) -> f64 {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::equilibrium::{Limit, PathWork};
+use crate::equilibrium::{Limit, LossOfUniqueness, PathWork};
 use crate::study::{Note, OverlapReport};
 
 /// How a scene ended.
@@ -55,19 +55,6 @@ pub struct StateAnswer {
     pub residual: f64,
     /// Smallest J.
     pub min_jacobian: f64,
-}
-
-/// Where a second branch met the path.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LossOfUniqueness {
-    /// Leg, from 0.
-    pub leg: usize,
-    /// Fraction of the leg.
-    pub fraction: f64,
-    /// Channel pressures, kPa.
-    pub pressure_kpa: Vec<f64>,
-    /// Negative pivots there.
-    pub negative_pivots: usize,
 }
 
 /// The mesh that ran.

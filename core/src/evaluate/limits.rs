@@ -17,8 +17,21 @@ pub(super) struct Limits {
     gradients: bool,
     /// Stretch per region.
     hottest: Vec<SmoothMaximum>,
+    /// Stretch per region at the load margin beyond the rows of the schedule.
+    at_margin: Vec<SmoothMaximum>,
     /// Negative gap per channel.
     closest: Vec<SmoothMaximum>,
+}
+
+/// The limits of a path.
+#[derive(Default)]
+pub(super) struct Extrema {
+    /// Stretch per region.
+    pub stretch: Vec<Extremum>,
+    /// Stretch per region at the load margin.
+    pub margin: Vec<Extremum>,
+    /// Gap per channel.
+    pub wall_gap: Vec<Extremum>,
 }
 
 impl Limits {
@@ -36,6 +49,7 @@ impl Limits {
         let channels = if gaps.is_some() { channels } else { 0 };
         Self {
             hottest: vec![SmoothMaximum::new(RHO); regions],
+            at_margin: vec![SmoothMaximum::new(RHO); regions],
             closest: vec![SmoothMaximum::new(RHO_GAP); channels],
             gradients: wanted.limit_gradients,
             measure,
@@ -118,19 +132,44 @@ impl Limits {
         }
     }
 
-    /// Stretch per region and gap per channel.
-    pub(super) fn finish(self) -> (Vec<Extremum>, Vec<Extremum>) {
+    /// Adds a state at the load margin; its largest averaged stretch.
+    pub(super) fn add_margin(&mut self, accepted: &mut AcceptedState<'_>) -> Option<f64> {
+        let measure = self.measure.as_ref()?;
+        let state = measure.at_state(accepted.system, &accepted.state.u);
+        let values = measure.smooth_maxima(&state);
+        let seen: Vec<usize> = (0..values.len())
+            .filter(|&region| self.gradients && self.at_margin[region].matters(values[region]))
+            .collect();
+        let functional = |&region: &usize| {
+            let points = measure.sensitivities(&state, region, values[region]);
+            Functional::of_points(accepted, &points)
+        };
+        let functionals = seen.iter().map(functional).collect();
+        let mut gradients = vec![None; values.len()];
+        for (region, gradient) in seen
+            .into_iter()
+            .zip(adjoint::of_functionals(accepted, functionals))
+        {
+            gradients[region] = Some(gradient);
+        }
+        for ((sum, value), gradient) in self.at_margin.iter_mut().zip(values).zip(gradients) {
+            sum.add(value, gradient);
+        }
+        Some(state.largest())
+    }
+
+    /// The extrema over the path.
+    pub(super) fn finish(self) -> Extrema {
         let gap = |m: SmoothMaximum| {
             let (value, gradient) = m.finish();
             (-value, gradient.map(negative))
         };
-        (
-            self.hottest
-                .into_iter()
-                .map(SmoothMaximum::finish)
-                .collect(),
-            self.closest.into_iter().map(gap).collect(),
-        )
+        let all = |sums: Vec<SmoothMaximum>| sums.into_iter().map(SmoothMaximum::finish).collect();
+        Extrema {
+            stretch: all(self.hottest),
+            margin: all(self.at_margin),
+            wall_gap: self.closest.into_iter().map(gap).collect(),
+        }
     }
 }
 

@@ -1,9 +1,7 @@
 //! A scene from the resolved document to its answer.
 
 use super::analysis::{Analysis, Measured, Wanted, analyse};
-use super::answer::{
-    LeftOut, LossOfUniqueness, MeshAnswer, SceneAnswer, SceneStatus, StateAnswer, WorkAnswer,
-};
+use super::answer::{LeftOut, MeshAnswer, SceneAnswer, SceneStatus, StateAnswer, WorkAnswer};
 use super::measure::{PlacedProbe, by_name, tip_displacements};
 use super::notes;
 use crate::adjoint::NodeGradient;
@@ -256,16 +254,6 @@ fn answer(
         PathEnd::NotConverged(why) => (SceneStatus::NotConverged, Some(why.to_string()), None),
     };
     let complete = status == SceneStatus::Ok;
-    let loss = analysis
-        .states
-        .iter()
-        .find(|s| s.negative_pivots > 0)
-        .map(|s| LossOfUniqueness {
-            leg: s.point.leg,
-            fraction: s.point.fraction,
-            pressure_kpa: s.point.pressure_kpa.clone(),
-            negative_pivots: s.negative_pivots,
-        });
     let goal = goal.filter(|_| complete);
     let tips = goal
         .and_then(|g| g.measure.tip())
@@ -275,8 +263,8 @@ fn answer(
         reason,
         load_fraction_reached: analysis.reached,
         limit,
-        unique: loss.is_none(),
-        loss_of_uniqueness: loss,
+        unique: analysis.loss.is_none(),
+        loss_of_uniqueness: analysis.loss.clone(),
         walls_overlap: overlap_report(&analysis.states),
         path: analysis
             .states

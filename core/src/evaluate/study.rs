@@ -6,14 +6,15 @@ use super::measure::{PlacedProbe, by_place, tip_displacements};
 use super::notes;
 use super::scene::{goal_gradient, mesh_actuator, overlap_report, placed_goal, probe_points};
 use crate::adjoint::NodeGradient;
-use crate::equilibrium::{NotConverged, Observer, PathEnd, Settings};
+use crate::equilibrium::{LimitKind, NotConverged, Observer, PathEnd, Settings};
 use crate::geometry::{Actuator, design_gradient};
 use crate::mesh::MappedMesh;
 use crate::objective::enclosed_area;
 use crate::scene::{Body, Bound, Goal, Measure, Orientation, Scene};
 use crate::study::spec::StepConstraints;
 use crate::study::{
-    EvaluationReport, EvaluationRequest, Outcome, OutcomeStatus, StateReport, Study, StudyError,
+    EvaluationReport, EvaluationRequest, LossReport, Outcome, OutcomeStatus, StateReport, Study,
+    StudyError,
 };
 
 /// Evaluates a finite-element step at a design. The caller, who has a clock, fills in the seconds.
@@ -56,13 +57,19 @@ fn placed_bounds(
         .collect()
 }
 
-/// The limits of a step and their rows: stretch / limit - 1 per chamber corner, then (least gap - gap) / wall per chamber,
-/// both of order one.
+/// The limits of a step and their rows, all of order one: stretch / limit - 1 per chamber corner over the path, then at the
+/// load margin, then (least gap - gap) / wall per chamber.
+///
+/// Where the load margin is not reached its rows are what is missing of it.
 struct LimitRows {
     /// Limit of the stretch and radius of its averaging discs, mm.
     stretch: Option<(f64, f64)>,
+    /// Load margin.
+    margin: Option<f64>,
     /// Least gap and least wall, mm.
     gap: Option<(f64, f64)>,
+    /// Whether a second equilibrium on the path is a failure.
+    exclude_non_unique: bool,
     /// Bounds on measures, whose rows come last.
     bounds: Vec<Bound<PlacedProbe>>,
 }
@@ -75,10 +82,12 @@ impl LimitRows {
             return Err(StudyError::NoChambers { step });
         };
         let limit = body.stretch_limit(constraints);
-        let gap = constraints.wall_gap.least_mm();
+        let gap = constraints.wall_gap_mm.number();
         Ok(Self {
             stretch: limit.map(|limit| (limit, constraints.stretch_length_mm)),
+            margin: constraints.load_margin.number(),
             gap: gap.map(|least| (least, constraints.wall_mm)),
+            exclude_non_unique: constraints.exclude_non_unique,
             bounds: placed_bounds(study, step, scene)?,
         })
     }
@@ -92,6 +101,13 @@ impl LimitRows {
             let row = move |(v, d): &'a Extremum| (v / limit - 1.0, d.as_ref(), 1.0 / limit);
             analysis.stretch.iter().map(row)
         });
+        let margin = self.stretch.zip(self.margin).map(|((limit, _), margin)| {
+            let row = move |(v, d): &'a Extremum| match &analysis.lost_margin {
+                Some(lost) => (margin - lost.factor, analysis.limit_gradient.as_ref(), -1.0),
+                None => (v / limit - 1.0, d.as_ref(), 1.0 / limit),
+            };
+            analysis.margin.iter().map(row)
+        });
         let gap = self.gap.map(|(least, wall)| {
             let row = move |(v, d): &'a Extremum| ((least - v) / wall, d.as_ref(), -1.0 / wall);
             analysis.wall_gap.iter().map(row)
@@ -99,6 +115,7 @@ impl LimitRows {
         stretch
             .into_iter()
             .flatten()
+            .chain(margin.into_iter().flatten())
             .chain(gap.into_iter().flatten())
     }
 }
@@ -161,6 +178,7 @@ fn attempt(
     };
     let settings = Settings {
         tolerance: scene.relative_residual_force_tolerance,
+        load_margin: limits.margin,
         ..Settings::default()
     };
     let analysis = match analyse(
@@ -177,7 +195,7 @@ fn attempt(
     };
     let mut report = report(&goal, &limits.bounds, &analysis);
     report.notes = notes::of_ranges(&scene.body, &chain.materials, &analysis.states);
-    let mut outcome = Outcome::without_values(status(&analysis));
+    let mut outcome = Outcome::without_values(status(&analysis, &limits, request.want_gradient));
     if outcome.status == OutcomeStatus::Ok {
         // Either sense counts and the request leaves it open: the better one, of objective -|A|.
         if let (None, Some(area), Some(target)) = (
@@ -202,24 +220,53 @@ fn attempt(
     Ok(outcome)
 }
 
-fn status(analysis: &Analysis) -> OutcomeStatus {
-    let load_fraction = analysis.reached;
-    match &analysis.end {
-        PathEnd::Complete => OutcomeStatus::Ok,
+/// How an evaluation ended for a study with these limits.
+fn status(analysis: &Analysis, limits: &LimitRows, want_gradient: bool) -> OutcomeStatus {
+    if let Some(failure) = failure(&analysis.end, analysis.reached, "") {
+        return failure;
+    }
+    if let (true, Some(loss)) = (limits.exclude_non_unique, &analysis.loss) {
+        let legs = analysis.states.last().map_or(1, |s| s.point.leg + 1);
+        return OutcomeStatus::NotUnique {
+            load_fraction: (loss.leg as f64 + loss.fraction) / legs as f64,
+        };
+    }
+    let (Some(lost), Some(margin)) = (&analysis.lost_margin, limits.margin) else {
+        return OutcomeStatus::Ok;
+    };
+    match &lost.end {
+        // At a limit point the missing margin is a row with a derivative.
+        PathEnd::NoEquilibrium(limit)
+            if limit.kind == LimitKind::LimitPoint
+                && limits.stretch.is_some()
+                && (!want_gradient || analysis.limit_gradient.is_some()) =>
+        {
+            OutcomeStatus::Ok
+        }
+        PathEnd::NoEquilibrium(limit) => OutcomeStatus::NoMargin {
+            kind: limit.kind.name().to_owned(),
+            factor: lost.factor,
+            missing: margin - lost.factor,
+        },
+        end => failure(end, analysis.reached, "beyond the schedule: ").unwrap_or(OutcomeStatus::Ok),
+    }
+}
+
+/// The status of a path that ended early.
+fn failure(end: &PathEnd, load_fraction: f64, place: &str) -> Option<OutcomeStatus> {
+    Some(match end {
+        PathEnd::Complete => return None,
         PathEnd::NoEquilibrium(limit) => OutcomeStatus::NoEquilibrium {
-            kind: serde_json::to_value(limit.kind)
-                .ok()
-                .and_then(|v| v.as_str().map(str::to_owned))
-                .unwrap_or_default(),
+            kind: limit.kind.name().to_owned(),
             load_fraction,
         },
         PathEnd::NotConverged(NotConverged::Cancelled) => OutcomeStatus::Cancelled,
         PathEnd::NotConverged(NotConverged::WorkLimit { .. }) => OutcomeStatus::WorkLimit,
         PathEnd::NotConverged(why) => OutcomeStatus::NotConverged {
-            reason: why.to_string(),
+            reason: format!("{place}{why}"),
             load_fraction,
         },
-    }
+    })
 }
 
 /// Objective, constraints (geometric rows, then those of the limits, then those of the bounds) and gradients of a complete path.
@@ -320,6 +367,15 @@ fn report(
             .states
             .iter()
             .fold(1.0, |m, s| m.max(s.max_stretch)),
+        margin_stretch: analysis
+            .margin_stretch
+            .filter(|_| analysis.lost_margin.is_none()),
+        margin_reached: analysis.lost_margin.as_ref().map(|lost| lost.factor),
+        loss_of_uniqueness: analysis.loss.as_ref().map(|loss| LossReport {
+            leg: loss.leg,
+            fraction: loss.fraction,
+            pressure_kpa: loss.pressure_kpa.clone(),
+        }),
         negative_pivots: analysis
             .states
             .iter()

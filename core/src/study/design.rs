@@ -293,10 +293,10 @@ impl Study {
                 let (body, _, _) = self.chambers(step)?;
                 let corners = body.actuator.boxes().common_start().len() / 2;
                 let stretch = body.stretch_limit(constraints).map_or(0, |_| corners);
-                let gaps = constraints.wall_gap.least_mm();
-                let gaps = gaps.map_or(0, |_| 2);
+                let margin = constraints.load_margin.number().map_or(0, |_| stretch);
+                let gaps = constraints.wall_gap_mm.number().map_or(0, |_| 2);
                 let bounds: usize = constraints.bounds.iter().map(Bound::rows).sum();
-                Ok(self.geometric_rows(step)? + stretch + gaps + bounds)
+                Ok(self.geometric_rows(step)? + stretch + margin + gaps + bounds)
             }
         }
     }

@@ -23,7 +23,8 @@ pub use preset::{PRESETS, expand, preset};
 pub use read::read_study;
 pub use restart::{BestPoint, RestartState, RestartStep, RestartStop, StudyStop, begin, step};
 pub use result::{
-    EvaluationReport, EvaluationRequest, Note, Outcome, OutcomeStatus, OverlapReport, StateReport,
+    EvaluationReport, EvaluationRequest, LossReport, Note, Outcome, OutcomeStatus, OverlapReport,
+    StateReport,
 };
 pub use schema::{SCHEMA, schema};
 pub use spec::Study;

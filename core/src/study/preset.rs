@@ -109,7 +109,7 @@ fn paper() -> Value {
                 "contact": "auto"
             },
             "variables": {"parametrisation": "corners"},
-            "constraints": {"wall_mm": 2, "spike_deg": 3, "stretch": "off", "wall_gap_mm": "off"},
+            "constraints": {"wall_mm": 2, "spike_deg": 3, "stretch": "off", "wall_gap_mm": "off", "load_margin": "off", "exclude_non_unique": false},
             "optimiser": {
                 "method": "mmfd",
                 "gradient": "differences",
@@ -148,7 +148,9 @@ fn asymmetric_bending() -> Value {
                 "spike_deg": 3,
                 "stretch": "material",
                 "stretch_length_mm": 0.5,
-                "wall_gap_mm": 0.2
+                "wall_gap_mm": 0.2,
+                "load_margin": 1.1,
+                "exclude_non_unique": true
             },
             "optimiser": {
                 "method": "gcmma",

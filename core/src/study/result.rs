@@ -42,6 +42,20 @@ pub enum OutcomeStatus {
         /// (leg + fraction) / legs at the last converged state.
         load_fraction: f64,
     },
+    /// No stable equilibrium at the load margin, and no derivative of where it ends.
+    NoMargin {
+        /// Kind of limit.
+        kind: String,
+        /// Times a row's load that was reached.
+        factor: f64,
+        /// The margin that is asked for minus that.
+        missing: f64,
+    },
+    /// The path meets a second equilibrium.
+    NotUnique {
+        /// (leg + fraction) / legs where it does.
+        load_fraction: f64,
+    },
     /// A failure of ours.
     NotConverged {
         /// What failed.
@@ -104,6 +118,15 @@ pub struct EvaluationReport {
     pub walls_overlap: Option<OverlapReport>,
     /// Largest averaged stretch over the path.
     pub max_stretch: f64,
+    /// Largest averaged stretch at the load margin, where it was wanted and reached.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub margin_stretch: Option<f64>,
+    /// Times a row's load that was reached, where the load margin was not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub margin_reached: Option<f64>,
+    /// Where a second equilibrium was met.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loss_of_uniqueness: Option<LossReport>,
     /// Largest number of negative pivots over the path.
     pub negative_pivots: usize,
     /// Number of elements.
@@ -139,6 +162,17 @@ pub struct StateReport {
     pub tip_mm: [f64; 2],
     /// Largest averaged stretch.
     pub max_stretch: f64,
+}
+
+/// Where a second equilibrium was met.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LossReport {
+    /// Leg, from 0.
+    pub leg: usize,
+    /// Fraction of the leg.
+    pub fraction: f64,
+    /// Channel pressures, kPa.
+    pub pressure_kpa: Vec<f64>,
 }
 
 /// A crossing of walls.

@@ -230,7 +230,7 @@ pub enum Parametrisation {
 #[serde(untagged)]
 pub enum StepConstraints {
     /// Of finite-element models: spike rows and wall rows of each free unit, then a stretch row per chamber corner of a
-    /// unit, a gap row per chamber of a unit, and a row per end of each bound.
+    /// unit, another at the load margin, a gap row per chamber of a unit, and a row per end of each bound.
     Chambers(ChamberConstraints),
     /// Of command models: how many values the program gives.
     Counts {
@@ -252,28 +252,31 @@ pub struct ChamberConstraints {
     pub stretch: StretchLimit,
     /// Radius of the disc over which the stretch is averaged.
     pub stretch_length_mm: f64,
-    /// Least gap between facing walls of a chamber.
-    #[serde(rename = "wall_gap_mm")]
-    pub wall_gap: WallGap,
+    /// Least gap between facing walls of a chamber, mm.
+    pub wall_gap_mm: NumberOrOff,
+    /// Stable equilibria that keep the stretch limit exist up to this many times every loaded row of the schedule.
+    pub load_margin: NumberOrOff,
+    /// Whether a design counts as failed whose path meets a second equilibrium.
+    pub exclude_non_unique: bool,
     /// Bounds on measures over the path.
     #[serde(serialize_with = "bounds_as_documents")]
     pub bounds: Vec<Bound<Point>>,
 }
 
-/// Limit of the gap between facing walls.
+/// A limit that may be switched off.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum WallGap {
-    /// Least gap, mm.
-    Least(f64),
+pub enum NumberOrOff {
+    /// The limit.
+    Number(f64),
     /// None.
     Off,
 }
 
-impl WallGap {
-    /// The least gap, mm; `None` where it is off.
-    pub fn least_mm(self) -> Option<f64> {
+impl NumberOrOff {
+    /// The number; `None` where it is off.
+    pub fn number(self) -> Option<f64> {
         match self {
-            Self::Least(gap) => Some(gap),
+            Self::Number(value) => Some(value),
             Self::Off => None,
         }
     }
@@ -453,10 +456,10 @@ impl Serialize for StretchLimit {
     }
 }
 
-impl Serialize for WallGap {
+impl Serialize for NumberOrOff {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            Self::Least(gap) => serializer.serialize_f64(*gap),
+            Self::Number(value) => serializer.serialize_f64(*value),
             Self::Off => serializer.serialize_str("off"),
         }
     }

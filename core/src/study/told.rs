@@ -13,6 +13,8 @@ impl OutcomeStatus {
             Self::Ok => "ok",
             Self::InfeasibleGeometry { .. } => "infeasible_geometry",
             Self::NoEquilibrium { .. } => "no_equilibrium",
+            Self::NoMargin { .. } => "no_margin",
+            Self::NotUnique { .. } => "not_unique",
             Self::NotConverged { .. } => "not_converged",
             Self::InvalidResult { .. } => "invalid_result",
             Self::Failed { .. } => "failed",

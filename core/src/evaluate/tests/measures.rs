@@ -38,7 +38,7 @@ fn study_at(max_size_mm: f64, target: &Value, bounds: &Value, schedule: &Value) 
                 "max_size_mm": max_size_mm,
                 "relative_residual_force_tolerance": 1e-11
             },
-            "constraints": {"stretch": "off", "wall_gap_mm": "off", "bounds": bounds},
+            "constraints": {"stretch": "off", "wall_gap_mm": "off", "load_margin": "off", "exclude_non_unique": false, "bounds": bounds},
             "optimiser": {"method": "gcmma"},
             "restarts": {"start": ["paper"]}
         }]

@@ -3,12 +3,15 @@
 use super::study::DEFAULT_WALL_MM;
 use super::target::read_bounds;
 use crate::document::{Node, Object};
-use crate::study::spec::{ChamberConstraints, StepConstraints, StretchLimit, StudyBody, WallGap};
+use crate::study::spec::{
+    ChamberConstraints, NumberOrOff, StepConstraints, StretchLimit, StudyBody,
+};
 
 const MAX_CONSTRAINTS: usize = 100_000;
 const DEFAULT_SPIKE_DEG: f64 = 3.0;
 const DEFAULT_STRETCH_LENGTH_MM: f64 = 0.5;
-const DEFAULT_WALL_GAP_MM: f64 = 0.2;
+const DEFAULT_WALL_GAP_MM: NumberOrOff = NumberOrOff::Number(0.2);
+const DEFAULT_LOAD_MARGIN: NumberOrOff = NumberOrOff::Number(1.1);
 
 /// Reads `constraints` of a program.
 pub fn read_counts(node: &Node<'_>) -> Option<StepConstraints> {
@@ -34,7 +37,9 @@ pub fn read_chamber_constraints(
             spike_deg: DEFAULT_SPIKE_DEG,
             stretch: StretchLimit::Material,
             stretch_length_mm: DEFAULT_STRETCH_LENGTH_MM,
-            wall_gap: WallGap::Least(DEFAULT_WALL_GAP_MM),
+            wall_gap_mm: DEFAULT_WALL_GAP_MM,
+            load_margin: DEFAULT_LOAD_MARGIN,
+            exclude_non_unique: true,
             bounds: Vec::new(),
         };
         let complaint = stretch_complaint(&constraints, wall, has_limit);
@@ -50,6 +55,8 @@ pub fn read_chamber_constraints(
         "stretch",
         "stretch_length_mm",
         "wall_gap_mm",
+        "load_margin",
+        "exclude_non_unique",
         "bounds",
     ])?;
     let wall_mm = object.or("wall_mm", wall, Node::positive);
@@ -60,18 +67,22 @@ pub fn read_chamber_constraints(
         DEFAULT_STRETCH_LENGTH_MM,
         Node::positive,
     );
-    let gap = object.or(
-        "wall_gap_mm",
-        WallGap::Least(DEFAULT_WALL_GAP_MM),
-        read_wall_gap,
-    );
+    let gap = object.or("wall_gap_mm", DEFAULT_WALL_GAP_MM, |n| {
+        read_number_or_off(n, 0.0, 3.0, "a least gap is above 0 and at most 3 mm")
+    });
+    let margin = object.or("load_margin", DEFAULT_LOAD_MARGIN, |n| {
+        read_number_or_off(n, 1.0, 3.0, "a load margin is above 1 and at most 3")
+    });
+    let unique = object.or("exclude_non_unique", true, Node::boolean);
     let bounds = object.or("bounds", Vec::new(), |n| read_bounds(n, body));
     let constraints = ChamberConstraints {
         wall_mm: wall_mm?,
         spike_deg: spike_deg?,
         stretch: stretch?,
         stretch_length_mm: length?,
-        wall_gap: gap?,
+        wall_gap_mm: gap?,
+        load_margin: margin?,
+        exclude_non_unique: unique?,
         bounds: bounds?,
     };
     if let Some((field, message)) = stretch_complaint(&constraints, wall, has_limit) {
@@ -99,19 +110,20 @@ fn read_stretch(node: &Node<'_>) -> Option<StretchLimit> {
     }
 }
 
-fn read_wall_gap(node: &Node<'_>) -> Option<WallGap> {
+/// A number above `lower` and at most `upper`, or "off".
+fn read_number_or_off(node: &Node<'_>, lower: f64, upper: f64, rule: &str) -> Option<NumberOrOff> {
     match node.value().as_str() {
-        Some("off") => Some(WallGap::Off),
+        Some("off") => Some(NumberOrOff::Off),
         Some(other) => node.fault(format!(
-            "expected \"off\" or a number above 0, found \"{other}\""
+            "expected \"off\" or a number above {lower}, found \"{other}\""
         )),
         None => {
-            let gap = node.number()?;
+            let value = node.number()?;
             node.expect(
-                gap > 0.0 && gap <= 3.0,
-                &format!("a least gap is above 0 and at most 3 mm, found {gap}"),
+                value > lower && value <= upper,
+                &format!("{rule}, found {value}"),
             )?;
-            Some(WallGap::Least(gap))
+            Some(NumberOrOff::Number(value))
         }
     }
 }

@@ -1,0 +1,238 @@
+//! The state that is led along the path, with the factor of its tangent.
+
+use super::leg::{Leg, load};
+use super::newton::{Held, Newton, Settings, Solved};
+use super::observer::{Observer, Phase};
+use super::status::{
+    Limit, LimitKind, LossOfUniqueness, LostMargin, NotConverged, PathEnd, PathWork,
+};
+use super::uniqueness::Bend;
+use crate::actuation::ActuationCycle;
+use crate::assembly::{State, System, Workspace};
+use crate::linear::Solver;
+
+/// A place on the path to which the tracker can return.
+#[derive(Clone)]
+pub(super) struct Place {
+    pub state: State,
+    pub fraction: f64,
+    pub least_j: f64,
+    pub residual: f64,
+}
+
+pub(super) struct Tracker<'a> {
+    pub system: &'a System,
+    pub solver: &'a mut Solver,
+    pub settings: &'a Settings,
+    pub largest: Vec<f64>,
+    force_floor: f64,
+    pub work: PathWork,
+    pub vectors: Workspace,
+    pub leg: Leg,
+    /// The accepted state.
+    pub at: Place,
+    /// Negative pivots of its tangent, whose factor is in `solver`.
+    pub negative: usize,
+    /// Step as a fraction of a leg that the last solves suggest.
+    pub suggested: f64,
+    /// Last two (norm of the pressures, stretch).
+    pub history: [(f64, f64); 2],
+    /// The first loss of uniqueness.
+    pub loss: Option<LossOfUniqueness>,
+    /// The first bend of the path.
+    pub bend: Option<Bend>,
+    /// Recent places of this leg.
+    pub trail: Vec<Bend>,
+    /// Whether the path goes beyond a row of the schedule, to the load margin.
+    pub beyond: bool,
+    /// The first load margin that was not reached.
+    pub lost_margin: Option<LostMargin>,
+    /// Damped motions so far that came to no rest.
+    pub failed_snaps: usize,
+    /// Searches for a second equilibrium so far.
+    pub searches: usize,
+}
+
+impl<'a> Tracker<'a> {
+    pub fn new(
+        system: &'a System,
+        solver: &'a mut Solver,
+        cycle: &ActuationCycle,
+        settings: &'a Settings,
+    ) -> Self {
+        let largest: Vec<f64> = (0..cycle.channels())
+            .map(|c| {
+                cycle
+                    .rows_kpa
+                    .iter()
+                    .fold(0.0_f64, |m, row| m.max(row[c].abs()))
+            })
+            .collect();
+        let force_floor = cycle
+            .rows_kpa
+            .iter()
+            .map(|row| system.reference_force(&load(row, &largest)))
+            .fold(0.0, f64::max)
+            * 0.1;
+        Self {
+            // A schedule that moves supports only has no external force; then reactions alone are the scale.
+            force_floor: force_floor.max(f64::MIN_POSITIVE),
+            at: Place {
+                state: system.rest(),
+                fraction: 0.0,
+                least_j: 1.0,
+                residual: 0.0,
+            },
+            vectors: system.workspace(),
+            leg: Leg::of(cycle, 0, &largest),
+            system,
+            solver,
+            settings,
+            largest,
+            work: PathWork::default(),
+            negative: 0,
+            suggested: 1.0,
+            history: [(0.0, 1.0); 2],
+            loss: None,
+            bend: None,
+            trail: Vec::new(),
+            beyond: false,
+            lost_margin: None,
+            failed_snaps: 0,
+            searches: 0,
+        }
+    }
+
+    /// Solves from `state` moved by `first`; the accepted state stays where it is.
+    pub fn solve(
+        &mut self,
+        state: &mut State,
+        least_j: f64,
+        first: &[[f64; 2]],
+        held: Held<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Solved>, NotConverged> {
+        Ok(self
+            .newton(observer)
+            .solve(state, least_j, first, held)?
+            .solved())
+    }
+
+    /// Follows a damped motion from the accepted state to a stable one at a fraction of the leg.
+    pub fn relax(
+        &mut self,
+        state: &mut State,
+        fraction: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Solved>, NotConverged> {
+        let (leg, least_j) = (self.leg.clone(), self.at.least_j);
+        Ok(self
+            .newton(observer)
+            .relax(state, least_j, &leg, fraction)?
+            .solved())
+    }
+
+    fn newton<'b>(&'b mut self, observer: &'b mut dyn Observer) -> Newton<'b> {
+        Newton {
+            system: self.system,
+            solver: self.solver,
+            settings: self.settings,
+            force_floor: self.force_floor,
+            work: &mut self.work,
+            vectors: &mut self.vectors,
+            observer,
+            shift: 0.0,
+        }
+    }
+
+    /// Makes a solved state the accepted one and factorises its tangent.
+    ///
+    /// The independent pressures lag behind p(u) by a square of the last step times K: the tangent of the state itself
+    /// has p(u).
+    pub fn accept(&mut self, state: State, solved: Solved, observer: &mut dyn Observer) {
+        self.at = Place {
+            state,
+            fraction: solved.fraction,
+            least_j: solved.least_j,
+            residual: solved.residual,
+        };
+        self.factorise(observer);
+    }
+
+    /// Returns to a place and builds its factor again.
+    pub fn return_to(&mut self, place: Place, observer: &mut dyn Observer) {
+        self.at = place;
+        self.factorise(observer);
+    }
+
+    /// Factorises the tangent of the accepted state and counts its negative pivots.
+    pub fn factorise(&mut self, observer: &mut dyn Observer) {
+        observer.enter(Phase::Assembly);
+        let load = self.leg.load(self.at.fraction);
+        self.system
+            .assemble(&mut self.at.state, &load, true, true, &mut self.vectors);
+        observer.enter(Phase::Factorisation);
+        self.work.factorisations += 1;
+        self.negative = if self.solver.factorise(&self.vectors.tangent) {
+            0
+        } else {
+            self.work.factorisations += 1;
+            self.solver.factorise_indefinite(&self.vectors.tangent)
+        };
+    }
+
+    /// Displacement per unit of the leg's fraction, K^-1 f, as unknowns and as a field, with f . K^-1 f.
+    pub fn tangent_direction(&mut self) -> (Vec<[f64; 2]>, f64) {
+        let mut forces = vec![[0.0; 2]; self.system.body.mesh.nodes.len()];
+        self.system
+            .add_forces(&self.at.state, self.leg.rate(), &mut forces);
+        let mut f = vec![0.0; self.system.dofs.free()];
+        self.system.dofs.gather(&forces, &mut f);
+        let mut a = f.clone();
+        self.solver.solve(&mut a, 1);
+        let compliance = f.iter().zip(&a).map(|(f, a)| f * a).sum();
+        let mut field = vec![[0.0; 2]; forces.len()];
+        self.system.dofs.add_to_field(1.0, &a, &mut field);
+        (field, compliance)
+    }
+
+    /// Pressures at the accepted state, kPa.
+    pub fn pressure_kpa(&self) -> Vec<f64> {
+        self.leg.pressure_kpa(self.at.fraction)
+    }
+
+    pub fn note(&mut self, stretch: f64) {
+        let size = norm(&self.pressure_kpa());
+        self.history = [self.history[1], (size, stretch)];
+    }
+
+    /// The limit at a fraction of the leg.
+    pub fn limit(
+        &self,
+        kind: LimitKind,
+        fraction: f64,
+        asymptote_kpa: Option<Vec<f64>>,
+    ) -> PathEnd {
+        PathEnd::NoEquilibrium(Limit {
+            kind,
+            leg: self.leg.index,
+            fraction: self.leg.of_schedule(fraction),
+            pressure_kpa: self.leg.pressure_kpa(fraction),
+            asymptote_kpa,
+        })
+    }
+
+    /// A failure at the accepted state.
+    pub fn failed(&self) -> PathEnd {
+        PathEnd::NotConverged(NotConverged::Newton {
+            leg: self.leg.index,
+            fraction: self.leg.of_schedule(self.at.fraction),
+            residual: self.at.residual,
+            iterations: self.settings.max_iterations,
+        })
+    }
+}
+
+pub(super) fn norm(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
