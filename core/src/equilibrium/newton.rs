@@ -289,19 +289,23 @@ impl Newton<'_> {
         change
     }
 
-    /// Follows the damped motion (K + m I) du = -R from `state` at a load to a stable state, as a body does that snaps: the
-    /// damping m is raised where a step would be large and falls as the motion calms.
+    /// Follows the damped motion (K + m I) du = -R from `state` moved by `first` at a load to a stable state, as a body does
+    /// that snaps: the damping m is raised where a step would be large and falls as the motion calms.
     pub(super) fn relax(
         &mut self,
         state: &mut State,
         mut least_j: f64,
+        first: Option<&[[f64; 2]]>,
         leg: &Leg,
         fraction: f64,
     ) -> Result<Converged, NotConverged> {
         let system = self.system;
         let load = leg.load(fraction);
         let mut step = vec![0.0; system.dofs.free()];
-        let mut du = vec![[0.0; 2]; system.body.mesh.nodes.len()];
+        let mut du = first.map_or_else(
+            || vec![[0.0; 2]; system.body.mesh.nodes.len()],
+            <[_]>::to_vec,
+        );
         let pattern = &system.pattern;
         let n = pattern.size();
         let mut damping = 0.0;

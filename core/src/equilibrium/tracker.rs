@@ -118,17 +118,19 @@ impl<'a> Tracker<'a> {
             .solved())
     }
 
-    /// Follows a damped motion from the accepted state to a stable one at a fraction of the leg.
+    /// Follows a damped motion to a stable state at a fraction of the leg, from `state` moved by `first`.
     pub fn relax(
         &mut self,
         state: &mut State,
+        least_j: f64,
+        first: Option<&[[f64; 2]]>,
         fraction: f64,
         observer: &mut dyn Observer,
     ) -> Result<Option<Solved>, NotConverged> {
-        let (leg, least_j) = (self.leg.clone(), self.at.least_j);
+        let leg = self.leg.clone();
         Ok(self
             .newton(observer)
-            .relax(state, least_j, &leg, fraction)?
+            .relax(state, least_j, first, &leg, fraction)?
             .solved())
     }
 

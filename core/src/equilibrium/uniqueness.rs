@@ -1,8 +1,8 @@
 //! Where a second equilibrium is met: saying so, and following the stable branch.
 //!
 //! Three signs are acted on. *An accepted state with negative pivots*: the path has run onto an unstable branch. The loss of
-//! uniqueness is located by bisection on the load, and the state is pushed along its lowest mode, to either side and with
-//! growing size, until Newton's method settles on a stable state: that branch is followed. *A bend*: the path's rate grows
+//! uniqueness is located by bisection on the load, and the state is pushed along its lowest mode, to one side and, where that
+//! fails, to the other, and a damped motion settles on a stable state: that branch is followed. *A bend*: the path's rate grows
 //! fast, or Newton's corrections grow: the branch passes a bifurcation that an imperfection (the mesh's own, or the shape's)
 //! has broken. From there on, on the other side of the path's straight continuation, the nearest equilibrium is sought
 //! without regard to its stability; if there is one the load does not determine the shape, although the path followed is
@@ -15,7 +15,7 @@ use super::status::{LimitKind, LossOfUniqueness, NotConverged, PathEnd};
 use super::tracker::{Place, Tracker, norm};
 
 /// Sizes of the pushes along the lowest mode, in this order.
-const PUSHES: [f64; 6] = [0.05, -0.05, 0.2, -0.2, 0.6, -0.6];
+const PUSHES: [f64; 2] = [0.05, -0.05];
 /// Vectors and iterations of the search for the lowest mode.
 const VECTORS: usize = 4;
 const MODE_ITERATIONS: usize = 10;
@@ -139,7 +139,7 @@ impl Tracker<'_> {
         let fraction = (before.fraction + SNAP_STEP).min(target);
         let stretch_before = visitor.stretch(self.system, &before.state);
         let mut state = before.state.clone();
-        if let Some(solved) = self.relax(&mut state, fraction, observer)? {
+        if let Some(solved) = self.relax(&mut state, before.least_j, None, fraction, observer)? {
             self.accept(state, solved, observer);
             let stretch = visitor.stretch(self.system, &self.at.state);
             if self.negative == 0 && stretch < MOST_GROWTH_OF_STRETCH * stretch_before {
@@ -230,16 +230,12 @@ impl Tracker<'_> {
         if self.loss.is_none() {
             self.locate_loss(before, &unstable, negative, observer)?;
         }
-        let leg = self.leg.clone();
-        let held = Held::Load {
-            leg: &leg,
-            fraction: unstable.fraction,
-        };
         for push in PUSHES {
             let Some(mode) = &mode else { break };
             let du: Vec<[f64; 2]> = mode.iter().map(|m| [push * m[0], push * m[1]]).collect();
             let mut state = unstable.state.clone();
-            let solved = self.solve(&mut state, unstable.least_j, &du, held, observer)?;
+            let (least_j, fraction) = (unstable.least_j, unstable.fraction);
+            let solved = self.relax(&mut state, least_j, Some(&du), fraction, observer)?;
             if let Some(solved) = solved {
                 self.accept(state, solved, observer);
                 if self.negative == 0 {
@@ -247,12 +243,8 @@ impl Tracker<'_> {
                 }
             }
         }
-        let at = self
-            .loss
-            .as_ref()
-            .map_or(unstable.fraction, |_| before.fraction);
         self.at = before.clone();
-        Err(self.limit(LimitKind::Bifurcation, at, None))
+        Err(self.limit(LimitKind::Bifurcation, before.fraction, None))
     }
 
     /// Bisects between a stable place and an unstable one for the load at which the branch lost its stability.

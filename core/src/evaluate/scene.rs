@@ -5,7 +5,7 @@ use super::answer::{LeftOut, MeshAnswer, SceneAnswer, SceneStatus, StateAnswer, 
 use super::measure::{PlacedProbe, by_name, tip_displacements};
 use super::notes;
 use crate::adjoint::NodeGradient;
-use crate::equilibrium::{Observer, PathEnd, Settings};
+use crate::equilibrium::{Control, Observer, PathEnd, Settings};
 use crate::fault::Faults;
 use crate::geometry::{Actuator, InfeasibleGeometry, MeshPlan, PlanElement};
 use crate::material::MaterialLaw;
@@ -29,6 +29,8 @@ pub struct SceneOptions {
     pub plan: Option<MeshPlan>,
     /// Leaves stretch, gaps and crossings out.
     pub path_only: bool,
+    /// What leads the path.
+    pub control: Control,
 }
 
 /// The source of a body's node positions.
@@ -131,6 +133,7 @@ pub fn solve_scene(
     };
     let settings = Settings {
         tolerance: scene.relative_residual_force_tolerance,
+        control: options.control,
         ..Settings::default()
     };
     let analysis = match analyse(
