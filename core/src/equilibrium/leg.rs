@@ -1,7 +1,8 @@
 //! A straight stretch of the schedule: the load as a linear function of a fraction.
 
 use crate::actuation::ActuationCycle;
-use crate::assembly::Load;
+use crate::assembly::{Load, System};
+use crate::mesh::Support;
 
 /// From one row of channel pressures to another.
 #[derive(Clone, Debug)]
@@ -72,6 +73,12 @@ impl Leg {
     /// Change of the load over the leg.
     pub fn rate(&self) -> &Load {
         &self.rate
+    }
+
+    /// Whether supports of the body move on this leg.
+    pub fn moves_supports(&self, system: &System) -> bool {
+        let moves = |s: &Support| s.displacement_mm * self.rate.share[s.channel] != 0.0;
+        system.body.supports.iter().any(moves)
     }
 
     /// Pressures at a fraction of this leg, kPa.

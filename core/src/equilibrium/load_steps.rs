@@ -108,7 +108,7 @@ impl Tracker<'_> {
         };
         let size = self.system.gradient_size(&du);
         if !size.is_finite() {
-            du.iter_mut().for_each(|d| *d = [0.0; 2]);
+            du.fill([0.0; 2]);
         }
         (du, size)
     }

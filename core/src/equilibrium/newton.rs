@@ -173,7 +173,13 @@ impl Newton<'_> {
             }
             self.observer.enter(Phase::Assembly);
             let load = leg.load(fraction);
-            let Some(assembled) = self.move_by(state, &mut du, &load, least_j) else {
+            // A first step that moves supports must be taken whole.
+            let floor = if iteration == 0 && leg.moves_supports(system) {
+                None
+            } else {
+                Some(LEAST_J_KEPT * least_j)
+            };
+            let Some(assembled) = self.move_by(state, &mut du, &load, floor) else {
                 return Ok(Converged::No);
             };
             least_j = assembled.least_j;
@@ -238,20 +244,21 @@ impl Newton<'_> {
         Ok(Converged::No)
     }
 
-    /// Moves the state by `du`, shortened until the smallest J keeps its share, and assembles there.
+    /// Moves the state by `du`, shortened until the smallest J is above `floor`, and assembles there; without a floor the
+    /// whole step is taken, or none if J vanishes.
     fn move_by(
         &mut self,
         state: &mut State,
         du: &mut [[f64; 2]],
         load: &Load,
-        least_j: f64,
+        floor: Option<f64>,
     ) -> Option<Assembled> {
         let system = self.system;
         let before = state.u.clone();
-        for _ in 0..MOST_SHORTENINGS {
+        for _ in 0..floor.map_or(1, |_| MOST_SHORTENINGS) {
             system.advance(state, du);
             let assembled = system.assemble(state, load, false, true, self.vectors);
-            if assembled.least_j > LEAST_J_KEPT * least_j {
+            if assembled.least_j > floor.unwrap_or(0.0) {
                 return Some(assembled);
             }
             state.u.copy_from_slice(&before);
@@ -314,7 +321,8 @@ impl Newton<'_> {
                 return Err(NotConverged::Cancelled);
             }
             self.observer.enter(Phase::Assembly);
-            let Some(assembled) = self.move_by(state, &mut du, &load, least_j) else {
+            let floor = Some(LEAST_J_KEPT * least_j);
+            let Some(assembled) = self.move_by(state, &mut du, &load, floor) else {
                 return Ok(Converged::No);
             };
             least_j = assembled.least_j;

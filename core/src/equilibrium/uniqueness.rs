@@ -194,7 +194,9 @@ impl Tracker<'_> {
                         .for_each(|(x, o)| *x -= share * o);
                 }
                 let length = dot(vector, vector).sqrt();
-                vector.iter_mut().for_each(|x| *x /= length);
+                for x in vector {
+                    *x /= length;
+                }
             }
             let mut all = vectors.concat();
             self.solver.solve(&mut all, vectors.len());

@@ -50,7 +50,7 @@ pub fn one_of_each(bulk_over_shear: f64) -> Vec<(&'static str, MaterialLaw)> {
         c20_mpa,
     };
     let yeoh = HyperelasticModel::Yeoh {
-        c_mpa: [0.11, 0.02, -3e-3],
+        c_mpa: [0.11, 0.02, -3e-4],
     };
     [
         (

@@ -25,8 +25,12 @@ impl Study {
         if body.stretch_limit(constraints).is_some() {
             let name = |k| format!("stretch: chamber {}, corner {}", k / 4 + 1, k % 4 + 1);
             names.extend((0..corners).map(name));
+            if let Some(factor) = constraints.load_margin.number() {
+                let name = |k| format!("at {factor} times the load, {}", name(k));
+                names.extend((0..corners).map(name));
+            }
         }
-        if constraints.wall_gap.least_mm().is_some() {
+        if constraints.wall_gap_mm.number().is_some() {
             names.extend((1..=2).map(|k| format!("gap of facing walls: chamber {k}")));
         }
         for bound in &constraints.bounds {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::super::bench::{CpuClock, kind_name};
-use crate::equilibrium::{Limit, LimitKind};
+use crate::equilibrium::{Control, Limit, LimitKind};
 use crate::evaluate::{SceneOptions, SceneStatus, solve_scene};
 use crate::geometry::{MeshPlan, PlanElement};
 use crate::scene::{Body, Scene};
@@ -47,6 +47,7 @@ pub fn confirm(scene: &Scene, limit: &Limit, clock: &mut dyn CpuClock) -> Confir
     };
     let options = SceneOptions {
         plan,
+        control: Control::CavityArea,
         ..SceneOptions::default()
     };
     let answer = match solve_scene(&again, &options, clock) {
