@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use salp_core::evaluate::SceneStatus;
 use salp_core::geometry::samples::Stratum;
 use salp_core::verify::designs::{
-    DesignLine, MATERIALS, MesherCount, Origin, SHIPPED_MET, mesh_designs, read_designs, samples,
-    solve_design,
+    Confirmation, DesignLine, LimitLine, MATERIALS, MesherCount, Origin, SHIPPED_MET, mesh_designs,
+    read_designs, samples, solve_design,
 };
 use serde_json::{Value, json};
 
@@ -213,11 +213,11 @@ fn csv(lines: &[DesignLine]) -> String {
             line.stratum.name().to_owned(),
             line.p_over_mu.to_string(),
             name(line.status),
-            limit.map_or(String::new(), |l| l.kind_name()),
+            limit.map_or(String::new(), LimitLine::kind_name),
             limit.map_or(String::new(), |l| l.leg.to_string()),
             limit.map_or(String::new(), |l| list(&l.pressure_kpa)),
             confirmed.map_or(String::new(), |c| c.confirmed.to_string()),
-            confirmed.map_or(String::new(), |c| c.kind_name()),
+            confirmed.map_or(String::new(), Confirmation::kind_name),
             second.map_or(String::new(), |p| list(p)),
             line.newton_iterations.to_string(),
             line.factorisations.to_string(),
@@ -255,7 +255,9 @@ pub fn run_mesher(verify: &Verify, count: usize, output: Output) -> Result<(), F
             },
         );
         let mut total = MesherCount::new(stratum);
-        parts.iter().for_each(|part| total.add(part));
+        for part in &parts {
+            total.add(part);
+        }
         totals.push(total);
     }
     let sound = |t: &MesherCount| {
