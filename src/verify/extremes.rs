@@ -88,11 +88,13 @@ fn text(lines: &[ExtremeLine], failed: usize, cpu_s: f64) -> String {
     let mut text = table(&header, &rows);
     for line in lines.iter().filter(|line| !line.passed) {
         text += &format!(
-            "\n{}: {} on {} must be {}: {}",
+            "\n{}: {} on {} must be {} within {:.1e} of {}: {}",
             line.group,
             line.name,
             element_name(line.element),
             line.expected,
+            line.bound,
+            line.against,
             line.why
         );
     }

@@ -7,8 +7,6 @@ mod load_steps;
 mod newton;
 mod observer;
 mod status;
-#[cfg(test)]
-mod tests;
 mod tracker;
 mod uniqueness;
 

@@ -33,7 +33,7 @@ impl Confirmation {
     }
 }
 
-/// Goes to a limit again: every element split in two by two, other load steps.
+/// Goes to a limit again, led by the area of the cavities, with steps of its own, every element split in two by two.
 pub fn confirm(scene: &Scene, limit: &Limit, clock: &mut dyn CpuClock) -> Confirmation {
     let mut again = scene.clone();
     again.actuation.load_steps_per_leg = STEPS;
