@@ -17,10 +17,12 @@ use envelope::Envelope;
 use topology::{Block, NONE, Topology};
 
 /// Newton steps of the minimisation, and rounds of untangling.
-const MAX_STEPS: usize = 100;
-/// The sliver measure joins when no vertex moves farther than this part of the chain's length, or after so many steps.
+const MAX_STEPS: usize = 200;
+/// The eps of a guess that is not folded, and the determinant above which it needs no untangling.
+const FIRST_EPS: f64 = 0.1;
+/// The sliver measure joins after a full step that moves no vertex farther than this part of the chain's length: far from
+/// the minimum its fourth power takes many steps.
 const SETTLED: f64 = 1e-2;
-const FIRST_STEPS: usize = 30;
 /// Parts of the Hessian's indefinite terms that are left out where it is not definite, from the first to all.
 const LEAST_RELIEF: f64 = 0.02;
 const RELIEF_GROWTH: f64 = 2.5;
@@ -37,6 +39,16 @@ pub struct BlockMap {
     pub steps: usize,
     /// Part of the Hessian's indefinite terms that the next step leaves out.
     relief: f64,
+}
+
+/// What a Newton step did.
+struct Step {
+    /// Largest move of a vertex, mm.
+    size: f64,
+    /// Whether the Hessian was exact.
+    exact: bool,
+    /// Whether the whole step was taken.
+    full: bool,
 }
 
 /// Longest element edges along the element columns of each unit and along the element rows.
@@ -236,8 +248,8 @@ impl BlockMap {
         }
     }
 
-    /// One Newton step with backtracking; returns the largest move of a vertex, `None` where no step lowers the energy.
-    fn step(&mut self, measure: Measure) -> Option<(f64, bool)> {
+    /// One Newton step with backtracking; `None` where no step lowers the energy.
+    fn step(&mut self, measure: Measure) -> Option<Step> {
         self.steps += 1;
         let (gradient, exact) = self.linearise(measure);
         let mut step: Vec<f64> = gradient.iter().map(|g| -g).collect();
@@ -254,17 +266,22 @@ impl BlockMap {
             let after = self.energy(&moved, measure);
             if after <= before + 1e-4 * scale * slope + 1e-13 * before.abs() {
                 self.positions = moved;
-                return Some((scale * size, exact));
+                return Some(Step {
+                    size: scale * size,
+                    exact,
+                    full: scale == 1.0,
+                });
             }
             scale *= 0.5;
         }
         None
     }
 
-    /// Brings the determinants above zero with a regularised energy. Its eps follows the worst determinant, and once
-    /// nothing is folded shrinks until the barrier of eps = 0 is no longer felt as a wall.
+    /// Brings the determinants above zero, and well above where the guess hardly is, with a regularised energy. Its eps
+    /// follows the worst determinant, and once nothing is folded shrinks until the barrier of eps = 0 is no longer felt as
+    /// a wall.
     fn untangle(&mut self) {
-        let mut eps = 0.0_f64;
+        let mut eps = FIRST_EPS;
         for _ in 0..MAX_STEPS {
             let worst = self.least_determinant();
             if worst > eps {
@@ -294,11 +311,8 @@ impl BlockMap {
         let mut measure = Measure::Barrier;
         let mut last = 0;
         self.relief = 0.0;
-        for k in 0..MAX_STEPS {
-            if k == FIRST_STEPS {
-                measure = Measure::Full;
-            }
-            let Some((size, exact)) = self.step(measure) else {
+        for _ in 0..MAX_STEPS {
+            let Some(Step { size, exact, full }) = self.step(measure) else {
                 break;
             };
             // Quadratic convergence: the step after a small one is below round-off.
@@ -308,8 +322,9 @@ impl BlockMap {
                     break;
                 }
             }
-            if size < SETTLED * scale {
+            if full && size < SETTLED * scale && !matches!(measure, Measure::Full) {
                 measure = Measure::Full;
+                last = 0;
             }
         }
         self.relief = 0.0;
