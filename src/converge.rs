@@ -69,7 +69,7 @@ impl Converge {
 }
 
 /// Tells each run as it ends.
-struct Progress;
+pub struct Progress;
 
 impl Observer for Progress {
     fn enter(&mut self, _: Phase) {}

@@ -1,5 +1,6 @@
 //! The one executable: `salp`. One file per verb; none has logic of its own.
 
+mod accuracy;
 mod client;
 mod command;
 mod converge;

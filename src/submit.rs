@@ -3,6 +3,7 @@
 use clap::Args;
 use salp_core::study::read_study;
 
+use crate::accuracy::{needs_meshes, with_meshes};
 use crate::client::ClientArguments;
 use crate::failure::Failure;
 use crate::input::DocumentArguments;
@@ -23,9 +24,12 @@ pub struct Submit {
 impl Submit {
     /// Checks the study here, submits it, prints its id.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let document = self.study.read()?;
+        let mut document = self.study.read()?;
         // Whether programs are allowed is the coordinator's to say.
-        read_study(&document, true)?;
+        let study = read_study(&document, true)?;
+        if needs_meshes(&study) {
+            document = with_meshes(&study)?.document();
+        }
         let client = self.client.client()?;
         let created = client.submit(&document, self.idempotency_key.as_deref())?;
         output.print(&created, || created.id.to_string());

@@ -129,7 +129,7 @@ impl Swept<'_> {
             "status",
             "objective",
             "area (mm\u{b2})",
-            "stretch",
+            "max stretch",
             "p/mu",
         ];
         header.extend(&more);

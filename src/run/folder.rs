@@ -12,11 +12,13 @@ use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use salp_core::study::Study;
+use salp_core::study::{Study, read_study};
 use salp_protocol::StudyId;
 use salp_worker::identity::{BUILD, instruction_set};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
+use crate::accuracy::{needs_meshes, with_meshes};
 use crate::failure::Failure;
 use crate::output::write_file;
 
@@ -42,6 +44,9 @@ struct RunRecord {
     workers: Vec<u32>,
     /// Wall time so far, over all runs in this folder, s.
     seconds: f64,
+    /// The study with the meshes that were chosen for an error, where it asks for that: chosen once.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    with_meshes: Option<Value>,
 }
 
 /// A locked folder.
@@ -90,6 +95,7 @@ impl RunFolder {
             pid: std::process::id(),
             workers: Vec::new(),
             seconds: 0.0,
+            with_meshes: None,
         };
         match if fresh { Ok(None) } else { earlier } {
             Err(why) => {
@@ -113,6 +119,7 @@ impl RunFolder {
             Ok(Some(old)) => {
                 record.seconds = old.seconds;
                 record.study_id = old.study_id;
+                record.with_meshes = old.with_meshes;
             }
             Ok(None) if path.join("store.db").exists() => {
                 return Err(refused(
@@ -147,6 +154,20 @@ impl RunFolder {
     /// Wall time so far, s.
     pub fn seconds(&self) -> f64 {
         self.record.seconds
+    }
+
+    /// The study as it is submitted: with the meshes that it asks for by their error, chosen when it was first run here.
+    pub fn with_meshes(&mut self, study: &Study) -> Result<Study, Failure> {
+        if !needs_meshes(study) {
+            return Ok(study.clone());
+        }
+        if let Some(document) = &self.record.with_meshes {
+            return Ok(read_study(document, true)?);
+        }
+        let chosen = with_meshes(study)?;
+        self.record.with_meshes = Some(chosen.document());
+        self.save()?;
+        Ok(chosen)
     }
 
     /// Notes the study and the address.

@@ -106,6 +106,7 @@ impl Run {
     ) -> Result<Ended, Failure> {
         let count = self.workers.map_or_else(cores, usize::from);
         let mut folder = RunFolder::open(folder, study, self.fresh)?;
+        let study = &folder.with_meshes(study)?;
         let coordinator = Coordinator::start(&folder.store(), self.allow_commands)?;
         let client = coordinator.client();
         // The resolved document: the same study is the same text, whatever its file looks like.

@@ -76,6 +76,7 @@ pub fn write(
             summary["best"] = json!(best);
         }
     }
+    lines.extend(crate::accuracy::lines(study));
     lines.extend(caption.iter().cloned());
     // Steps of programs have no goal, and their objective no unit that we know.
     let unit = results.best().and_then(|(step, _)| goal(study, step));

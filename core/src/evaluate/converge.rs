@@ -16,12 +16,13 @@ use crate::geometry::{InfeasibleGeometry, MeshPlan};
 use crate::scene::{Body, ElementChoice, Scene};
 
 /// Largest element sizes of the families, mm on a unit of 80 x 80 mm; `None`: the size rule.
-const QUAD9_SIZES: [Option<f64>; 5] = [Some(10.0), Some(6.0), Some(4.0), None, Some(2.0)];
-const QUAD4_SIZES: [Option<f64>; 5] = [Some(4.0), Some(2.0), None, Some(1.4), Some(0.9)];
+pub(super) const QUAD9_SIZES: [Option<f64>; 5] =
+    [Some(10.0), Some(6.0), Some(4.0), None, Some(2.0)];
+pub(super) const QUAD4_SIZES: [Option<f64>; 5] = [Some(4.0), Some(2.0), None, Some(1.4), Some(0.9)];
 const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10];
 const STEPS: [usize; 5] = [1, 2, 4, 8, 16];
 /// Refinements of the reference's nested meshes.
-const NESTED: [usize; 3] = [1, 2, 4];
+pub(super) const NESTED: [usize; 3] = [1, 2, 4];
 /// Orders that an extrapolation may use: of the method at most.
 const ORDERS: [f64; 2] = [0.5, 4.0];
 /// Shares of the wanted error that tolerance and load steps may take.
@@ -151,7 +152,7 @@ pub trait Clock: Observer {
 }
 
 /// What a run says of the probe.
-struct Sample {
+pub(super) struct Sample {
     corners: Vec<[f64; 2]>,
     area: Option<f64>,
 }
@@ -179,12 +180,7 @@ pub fn converge(
         tolerance: scene.relative_residual_force_tolerance,
         load_steps_per_leg: scene.actuation.load_steps_per_leg,
     };
-    let mut bench = Bench {
-        scene,
-        probe: &probe,
-        clock,
-        runs: Vec::new(),
-    };
+    let mut bench = Bench::new(scene, &probe, clock);
     let mut nested = Vec::new();
     for refined in NESTED {
         let setting = Setting {
@@ -255,16 +251,25 @@ pub fn converge(
     })
 }
 
-struct Bench<'a> {
+pub(super) struct Bench<'a> {
     scene: &'a Scene,
     probe: &'a str,
     clock: &'a mut dyn Clock,
     runs: Vec<(Run, Option<Sample>)>,
 }
 
-impl Bench<'_> {
+impl<'a> Bench<'a> {
+    pub(super) fn new(scene: &'a Scene, probe: &'a str, clock: &'a mut dyn Clock) -> Self {
+        Self {
+            scene,
+            probe,
+            clock,
+            runs: Vec::new(),
+        }
+    }
+
     /// Solves at a setting; `None` unless its path is complete.
-    fn solve(&mut self, setting: Setting) -> Result<Option<Sample>, CannotConverge> {
+    pub(super) fn solve(&mut self, setting: Setting) -> Result<Option<Sample>, CannotConverge> {
         let mut scene = self.scene.clone();
         scene.mesh.element = setting.element;
         scene.mesh.max_size_mm = setting.max_size_mm;
@@ -324,7 +329,7 @@ impl Bench<'_> {
 
     /// The runs with their errors. Each run differs from the base in some of mesh, tolerance and steps; its own error is
     /// that of its sample against the reference at its number of load steps, plus what those steps miss of the area.
-    fn assess(&self, nested: &[Sample], reference: &Reference) -> Vec<Run> {
+    pub(super) fn assess(&self, nested: &[Sample], reference: &Reference) -> Vec<Run> {
         let largest = largest(&reference.tip_mm);
         let at_base = nested[0].area;
         self.runs
@@ -414,7 +419,7 @@ fn extrapolate(coarse: f64, mid: f64, fine: f64) -> (f64, f64, Option<f64>) {
     }
 }
 
-fn reference(nested: &[Sample], bench: &Bench<'_>) -> Reference {
+pub(super) fn reference(nested: &[Sample], bench: &Bench<'_>) -> Reference {
     let [coarse, mid, fine] = nested else {
         unreachable!("three nested meshes");
     };
@@ -453,7 +458,7 @@ fn reference(nested: &[Sample], bench: &Bench<'_>) -> Reference {
 }
 
 /// The larger of the two errors.
-fn error(run: &Run) -> Option<f64> {
+pub(super) fn error(run: &Run) -> Option<f64> {
     let tip = run.tip_error?;
     Some(run.area_error.map_or(tip, |area| area.max(tip)))
 }

@@ -1,5 +1,6 @@
 //! The single door: a scene or a study's evaluation request goes in, a document or an outcome comes out.
 
+mod accuracy;
 pub mod analysis;
 mod answer;
 mod converge;
@@ -10,6 +11,7 @@ mod notes;
 mod scene;
 mod study;
 
+pub use accuracy::choose_meshes;
 pub use answer::{LeftOut, SceneAnswer, SceneStatus, StateAnswer};
 pub use converge::{CannotConverge, Clock, Convergence, Family, Reference, Run, Setting, converge};
 pub use gradient::{CheckLine, Difference, GradientAnswer, check_bound, check_gradient};

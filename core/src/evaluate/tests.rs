@@ -1,3 +1,4 @@
+mod accuracy;
 mod direct;
 mod measures;
 mod mesh_export;

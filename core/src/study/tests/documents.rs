@@ -295,6 +295,15 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ),
         ("step[0].model.contact=on", "step[0].model.contact"),
         (
+            "step[0].model.mesh={\"error\": 0}",
+            "step[0].model.mesh.error",
+        ),
+        ("step[0].model.mesh={}", "step[0].model.mesh.error"),
+        (
+            "step[0].model.mesh={\"error\": 0.1, \"chosen\": {\"at\": \"middle\", \"tip_error\": 0.01, \"uncertainty\": 0}}",
+            "step[0].model.mesh.chosen.elements",
+        ),
+        (
             "step[0].model.relative_residual_force_tolerance=0",
             "step[0].model.relative_residual_force_tolerance",
         ),
