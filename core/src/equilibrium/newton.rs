@@ -63,6 +63,8 @@ impl Default for Settings {
 
 /// Below this share of the force scale a residual that no longer falls is round-off.
 const ROUND_OFF: f64 = 1e-6;
+/// Iterations without a smaller residual after which one below that share no longer falls.
+const STAGNANT: usize = 3;
 /// Iterations with a shifted tangent before the indefinite factor is used as it is.
 const SHIFTED_ITERATIONS: usize = 10;
 /// A step is shortened until the smallest J keeps this share of its value.
@@ -211,6 +213,10 @@ impl Newton<'_> {
                 since_best += 1;
             }
             last = relative;
+            if iteration > 0 && on_area && relative < ROUND_OFF && since_best > STAGNANT {
+                self.work.stagnated += 1;
+                return Ok(Converged::Yes(solved));
+            }
             if iteration == self.settings.max_iterations || since_best > 12 {
                 return Ok(Converged::No);
             }
@@ -316,6 +322,7 @@ impl Newton<'_> {
         let pattern = &system.pattern;
         let n = pattern.size();
         let mut damping = 0.0;
+        let mut last = f64::INFINITY;
         for iteration in 0..RELAXATIONS {
             if self.observer.cancelled() {
                 return Err(NotConverged::Cancelled);
@@ -330,7 +337,10 @@ impl Newton<'_> {
             if !relative.is_finite() {
                 return Ok(Converged::No);
             }
-            if iteration > 0 && relative <= self.settings.tolerance {
+            let stagnant = relative < ROUND_OFF && damping == 0.0 && relative > 0.5 * last;
+            last = relative;
+            self.work.stagnated += usize::from(stagnant && relative > self.settings.tolerance);
+            if iteration > 0 && (relative <= self.settings.tolerance || stagnant) {
                 return Ok(Converged::Yes(Solved {
                     residual: relative,
                     least_j,

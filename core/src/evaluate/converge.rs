@@ -365,7 +365,9 @@ impl<'a> Bench<'a> {
                     }
                     (_, Some(area), Some(mesh)) => Some(((area - mesh) / mesh).abs()),
                     _ => None,
-                };
+                }
+                // A path that encloses nothing has no relative error.
+                .filter(|error: &f64| error.is_finite());
                 if run.setting.family == Family::Tolerance
                     || run.setting.family == Family::LoadSteps
                 {
