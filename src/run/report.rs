@@ -317,7 +317,7 @@ pub fn limits(study: &Study, step: usize) -> String {
         format!("; bounds: {}", bounds.join(", "))
     };
     format!(
-        "limits: {stretch}; walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; {margin}{gap}{unique}no overlapping walls, no negative pivots; material {material}{bounds}",
+        "limits: {stretch}; {margin}walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; {gap}{unique}no overlapping walls, no negative pivots; material {material}{bounds}",
         constraints.wall_mm, constraints.spike_deg
     )
 }

@@ -24,7 +24,7 @@ const MOST_STEPS: usize = 400;
 const LOAD_ACCURACY: f64 = 0.005;
 /// Secants to a limit point, and the slope dl/dq there as a share of that at the last state before.
 const MOST_SECANTS: usize = 30;
-const LIMIT_SLOPE: f64 = 1e-9;
+const LIMIT_SLOPE: f64 = 1e-8;
 /// Averaged stretch beyond which a flat load-stretch curve is an asymptote.
 const ASYMPTOTE_STRETCH: f64 = 6.0;
 /// d ln(load) / d ln(stretch) of a flat curve.
@@ -156,6 +156,7 @@ impl Tracker<'_> {
         let leg = self.leg.clone();
         let scale = bracket[0].1.abs();
         let mut found = None;
+        let mut kept = None;
         for _ in 0..MOST_SECANTS {
             let [(q0, s0), (q1, s1)] = bracket;
             let conjugate = (q0 + (q1 - q0) * s0 / (s0 - s1)).clamp(q0.min(q1), q0.max(q1));
@@ -172,21 +173,21 @@ impl Tracker<'_> {
                 fraction: self.at.fraction + change,
                 conjugate,
             };
-            let Some(solved) = self.solve(&mut state, self.at.least_j, &du, held, observer)? else {
-                break;
-            };
+            let solved = self.solve(&mut state, self.at.least_j, &du, held, observer)?;
+            let Some(solved) = solved else { break };
             self.accept(state, solved, observer);
             let slope = 1.0 / self.tangent_direction().1;
             if slope.abs() < LIMIT_SLOPE * scale {
                 found = Some(self.limit(LimitKind::LimitPoint, self.at.fraction, None));
                 break;
             }
-            // Illinois' rule keeps the bracket and the order of the secant method.
-            if slope > 0.0 {
-                bracket = [(conjugate, slope), (q1, 0.5 * s1)];
-            } else {
-                bracket = [(q0, 0.5 * s0), (conjugate, slope)];
+            // Illinois' rule: an end that is kept twice in a row counts half.
+            let side = usize::from(slope < 0.0);
+            bracket[side] = (conjugate, slope);
+            if kept == Some(1 - side) {
+                bracket[1 - side].1 *= 0.5;
             }
+            kept = Some(1 - side);
         }
         if found.is_some()
             && let Some(mode) = self.nearest_mode()

@@ -1,5 +1,6 @@
 mod accuracy;
 mod direct;
+mod margin;
 mod measures;
 mod mesh_export;
 
