@@ -52,7 +52,7 @@ pub struct Run {
     #[arg(long)]
     allow_commands: bool,
     /// Runs the study at several values of a field, each in a folder of its own: p_over_mu=0.02..0.07:6,
-    /// step[0].constraints.stretch=1.5,1.85,2.0
+    /// `step[0].constraints.stretch=1.5,1.85,2.0`
     #[arg(long, value_name = "PATH=VALUES")]
     sweep: Option<String>,
 }
