@@ -4,7 +4,7 @@
 //!
 //! dJ/dX = dJ/dX|_u + lambda . dR/dX,   K lambda = -dJ/du.
 //!
-//! The factor of K is there already: it is that of the accepted state. A probe is fixed in space, so moving nodes by V
+//! The factor of K is there: it is that of the accepted state, on which a visitor with adjoints insists. A probe is fixed in space, so moving nodes by V
 //! changes its interpolated displacement by -grad u V at the probe beside the change of u.
 
 use crate::assembly::PointSensitivity;

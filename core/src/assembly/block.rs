@@ -107,9 +107,23 @@ mod fast {
         geometry: &PackGeometry<NN, NQ, NP>,
         bulk: Pack,
         u: &[[Pack; 2]; NN],
+        at: &[[Pack; 2]; NN],
         du: &[[Pack; 2]; NN],
     ) -> [Pack; NP] {
-        kernel::linear_pressure::<true, NN, NQ, NP>(table, geometry, bulk, u, du)
+        kernel::linear_pressure::<true, NN, NQ, NP>(table, geometry, bulk, u, at, du)
+    }
+
+    #[target_feature(enable = "avx2,fma")]
+    pub fn frozen_pressure<const NN: usize, const NQ: usize, const NP: usize>(
+        table: &ShapeTable<NN, NQ, NP>,
+        geometry: &PackGeometry<NN, NQ, NP>,
+        bulk: Pack,
+        u: &[[Pack; 2]; NN],
+        at: &[[Pack; 2]; NN],
+        p_lin: &[Pack; NP],
+        out: &mut [[Pack; 2]; NN],
+    ) {
+        kernel::frozen_pressure::<true, NN, NQ, NP>(table, geometry, bulk, u, at, p_lin, out);
     }
 
     #[target_feature(enable = "avx2,fma")]
@@ -301,9 +315,16 @@ impl<const NN: usize, const NQ: usize, const NP: usize> Block<NN, NQ, NP> {
         least
     }
 
-    fn update_pressure(&self, u: &[[f64; 2]], du: &[[f64; 2]], p_lin: &mut Pressures) {
+    fn update_pressure(
+        &self,
+        u: &[[f64; 2]],
+        at: &[[f64; 2]],
+        du: &[[f64; 2]],
+        p_lin: &mut Pressures,
+    ) {
         for (pack, nodes) in self.nodes.iter().enumerate() {
             let (local, step) = (Self::gather(nodes, u), Self::gather(nodes, du));
+            let frozen = Self::gather(nodes, at);
             let p = dispatch!(
                 self.fma,
                 linear_pressure::<NN, NQ, NP>(
@@ -311,10 +332,37 @@ impl<const NN: usize, const NQ: usize, const NP: usize> Block<NN, NQ, NP> {
                     &*self.geometry[pack],
                     self.material[pack].bulk,
                     &local,
+                    &frozen,
                     &step
                 )
             );
             Self::write_pressure(p_lin, pack, &p);
+        }
+    }
+
+    fn add_frozen_pressure(
+        &self,
+        u: &[[f64; 2]],
+        at: &[[f64; 2]],
+        p_lin: &Pressures,
+        out: &mut [[f64; 2]],
+    ) {
+        for (pack, nodes) in self.nodes.iter().enumerate() {
+            let (local, frozen) = (Self::gather(nodes, u), Self::gather(nodes, at));
+            let mut r = [[Pack::ZERO; 2]; NN];
+            dispatch!(
+                self.fma,
+                frozen_pressure::<NN, NQ, NP>(
+                    &self.table,
+                    &*self.geometry[pack],
+                    self.material[pack].bulk,
+                    &local,
+                    &frozen,
+                    &Self::read_pressure(p_lin, pack),
+                    &mut r
+                )
+            );
+            Self::scatter(nodes, self.active[pack], &r, out);
         }
     }
 
@@ -495,9 +543,26 @@ impl BlockKernel {
         each!(self, b => b.assemble(u, p_lin, refresh, residual, tangent))
     }
 
-    /// The independent pressures after a step `du` from `u`, to first order.
-    pub fn update_pressure(&self, u: &[[f64; 2]], du: &[[f64; 2]], p_lin: &mut Pressures) {
-        each!(self, b => b.update_pressure(u, du, p_lin));
+    /// The independent pressures after a step `du` from `u`, to first order, with B at the displacements `at`.
+    pub fn update_pressure(
+        &self,
+        u: &[[f64; 2]],
+        at: &[[f64; 2]],
+        du: &[[f64; 2]],
+        p_lin: &mut Pressures,
+    ) {
+        each!(self, b => b.update_pressure(u, at, du, p_lin));
+    }
+
+    /// Adds (B_at - B(u))' (p(u) - p_lin): what a step with the tangent of `at` needs beside the residual.
+    pub fn add_frozen_pressure(
+        &self,
+        u: &[[f64; 2]],
+        at: &[[f64; 2]],
+        p_lin: &Pressures,
+        out: &mut [[f64; 2]],
+    ) {
+        each!(self, b => b.add_frozen_pressure(u, at, p_lin, out));
     }
 
     /// Adds d(lambda . r)/dX.

@@ -262,14 +262,25 @@ impl System {
         }
     }
 
-    /// Moves the state by `du` and the independent pressures by their linear update.
-    pub fn advance(&self, state: &mut State, du: &[[f64; 2]]) {
+    /// Moves the state by `du` and the independent pressures by their linear update, that of the tangent at the
+    /// displacements `at`, or at those of the state.
+    pub fn advance(&self, state: &mut State, du: &[[f64; 2]], at: Option<&[[f64; 2]]>) {
         for (block, p_lin) in self.blocks.iter().zip(&mut state.p_lin) {
-            block.update_pressure(&state.u, du, p_lin);
+            block.update_pressure(&state.u, at.unwrap_or(&state.u), du, p_lin);
         }
         for (u, d) in state.u.iter_mut().zip(du) {
             u[0] += d[0];
             u[1] += d[1];
+        }
+    }
+
+    /// Makes of the residual at a state what a step with the tangent at the displacements `at` solves for.
+    ///
+    /// Displacements and independent pressures are Newton's unknowns: with a tangent of elsewhere the step's residual is
+    /// r(u, p_lin) + B_at' (p(u) - p_lin). Only with B of the state itself is that the residual R(u) = r(u, p(u)).
+    pub fn freeze(&self, state: &State, at: &[[f64; 2]], residual: &mut [[f64; 2]]) {
+        for (block, p_lin) in self.blocks.iter().zip(&state.p_lin) {
+            block.add_frozen_pressure(&state.u, at, p_lin, residual);
         }
     }
 

@@ -335,18 +335,20 @@ pub fn assemble<
     }
 }
 
-/// The linear update of the independent pressure, K M^-1 (d(u) + B du).
+/// The linear update of the independent pressure, K M^-1 (d(u) + B du), with B at the displacements `at`.
 #[inline(always)]
 pub fn linear_pressure<const FMA: bool, const NN: usize, const NQ: usize, const NP: usize>(
     table: &ShapeTable<NN, NQ, NP>,
     geometry: &PackGeometry<NN, NQ, NP>,
     bulk: Pack,
     u: &[[Pack; 2]; NN],
+    at: &[[Pack; 2]; NN],
     du: &[[Pack; 2]; NN],
 ) -> [Pack; NP] {
     let mut d = [Pack::ZERO; NP];
     for q in 0..NQ {
-        let (k, dilatation) = kinematics(gradient::<FMA, NN>(u, &geometry.g[q]));
+        let (_, dilatation) = kinematics(gradient::<FMA, NN>(u, &geometry.g[q]));
+        let (k, _) = kinematics(gradient::<FMA, NN>(at, &geometry.g[q]));
         let rate = contract(&cofactor(&k.f), &gradient::<FMA, NN>(du, &geometry.g[q]));
         let v = geometry.w[q] * (dilatation + rate);
         for a in 0..NP {
@@ -354,6 +356,35 @@ pub fn linear_pressure<const FMA: bool, const NN: usize, const NQ: usize, const 
         }
     }
     scale_by_mass(geometry, bulk, &d)
+}
+
+/// What a step with B at the displacements `at` adds to the residual: (B_at - B(u))' (p(u) - p_lin), added to `out`.
+#[inline(always)]
+pub fn frozen_pressure<const FMA: bool, const NN: usize, const NQ: usize, const NP: usize>(
+    table: &ShapeTable<NN, NQ, NP>,
+    geometry: &PackGeometry<NN, NQ, NP>,
+    bulk: Pack,
+    u: &[[Pack; 2]; NN],
+    at: &[[Pack; 2]; NN],
+    p_lin: &[Pack; NP],
+    out: &mut [[Pack; 2]; NN],
+) {
+    let (p, _) = pressure::<FMA, NN, NQ, NP>(table, geometry, bulk, u);
+    let excess: [Pack; NP] = std::array::from_fn(|a| p[a] - p_lin[a]);
+    let moved: [[Pack; 2]; NN] =
+        std::array::from_fn(|a| std::array::from_fn(|i| at[a][i] - u[a][i]));
+    for q in 0..NQ {
+        let g = &geometry.g[q];
+        // The cofactor is linear in the gradient.
+        let cof = cofactor(&gradient::<FMA, NN>(&moved, g));
+        let weight = geometry.w[q] * interpolate(&table.phi[q], &excess);
+        let s = cof.map(|row| row.map(|v| v * weight));
+        for a in 0..NN {
+            for i in 0..2 {
+                out[a][i] = s[i][0].fma::<FMA>(g[a][0], s[i][1].fma::<FMA>(g[a][1], out[a][i]));
+            }
+        }
+    }
 }
 
 /// Derivative with respect to the node positions X of lambda . r(u, X), with u and lambda held: added to `out`.

@@ -9,7 +9,8 @@ use crate::actuation::{ActuationCycle, ActuationPoint};
 use crate::assembly::{Load, State, System};
 use crate::linear::Solver;
 
-/// A converged state of the path, with the factor of its tangent in `solver`.
+/// A converged state of the path; `solver` holds the factor of its tangent, or of one that is as good where the visitor
+/// does not want exact ones.
 pub struct AcceptedState<'a> {
     /// Index in the path.
     pub index: usize,
@@ -21,7 +22,7 @@ pub struct AcceptedState<'a> {
     pub state: &'a State,
     /// The load.
     pub load: &'a Load,
-    /// Holds the factor of the tangent at this state.
+    /// Holds the factor.
     pub solver: &'a mut Solver,
     /// Residual over the force scale.
     pub residual: f64,
@@ -41,6 +42,12 @@ pub trait StateVisitor {
 
     /// A stable state at the load margin beyond a row of the schedule; `index` and `point` are those of the row.
     fn margin(&mut self, _state: AcceptedState<'_>, _observer: &mut dyn Observer) {}
+
+    /// Whether the solver must hold the factor of the accepted state itself, for adjoints; else one of a state that no
+    /// stability verdict tells from it may do.
+    fn wants_exact_factors(&self) -> bool {
+        false
+    }
 
     /// Whether limit points are to be found to the solver's tolerance, for [`Self::limit_point`].
     fn wants_limit_points(&self) -> bool {
@@ -98,6 +105,7 @@ impl Tracker<'_> {
         visitor: &mut dyn StateVisitor,
         observer: &mut dyn Observer,
     ) -> Result<(), PathEnd> {
+        self.exact_factors = visitor.wants_exact_factors();
         self.factorise(observer);
         if self.negative > 0 {
             return Err(NotConverged::NotHeld {

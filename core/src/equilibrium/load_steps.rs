@@ -2,8 +2,8 @@
 //!
 //! From each accepted state a tangent predictor leads to the next one; a step whose predictor is larger than
 //! [`Settings::predictor_cap`](super::Settings) is shortened, one whose Newton solve fails is cut. Where steps become small
-//! the cavity area takes over the lead (`area_control`), which tells a hard passage from a limit. The tangent is factorised
-//! once at every accepted state: that factor serves the predictor, the count of negative pivots and the adjoint.
+//! the cavity area takes over the lead (`area_control`), which tells a hard passage from a limit. The factor at
+//! an accepted state serves the predictor, the count of negative pivots and, where it is wanted, the adjoint.
 
 use super::load_path::StateVisitor;
 use super::newton::{Control, Held};

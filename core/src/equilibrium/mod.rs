@@ -1,6 +1,7 @@
 //! Equilibrium: Newton's method told once, and the path of load states.
 
 mod area_control;
+mod kept_factor;
 mod leg;
 mod load_path;
 mod load_steps;

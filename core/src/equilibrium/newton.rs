@@ -5,10 +5,13 @@
 //! fall below a tenth of its value. Where the tangent at a load is not positive definite a diagonal shift makes it so, which
 //! leads towards a stable state; where that does not converge the indefinite factor is used as it is.
 //!
+//! A factor is used again for the next step where that converges fast (`kept_factor`).
+//!
 //! At a given cavity area the load is an unknown: K du = -R + f dl and f . du = q - q(u), with f = dR_ext/dl = dq/du the
 //! forces per unit of load and q their conjugate (for pressures the areas of the cavities, weighted by the pressures'
 //! rates). The bordered system stays regular at a limit point of the load.
 
+use super::kept_factor::KeptFactor;
 use super::leg::Leg;
 use super::observer::{Observer, Phase};
 use super::status::{NotConverged, PathWork};
@@ -110,6 +113,8 @@ pub(super) struct Solved {
     pub bent: bool,
     /// Fraction of the leg: that of the load, or the one found at the cavity area.
     pub fraction: f64,
+    /// Size of the way from the state whose tangent's factor the solver holds; infinite where it holds no other.
+    pub from_factor: f64,
 }
 
 /// What is held while the displacements are found.
@@ -169,6 +174,7 @@ impl Newton<'_> {
         let mut bent = false;
         let mut last_size = f64::INFINITY;
         let mut since_best = 0;
+        let mut kept = KeptFactor::none();
         for iteration in 0..=self.settings.max_iterations {
             if self.observer.cancelled() {
                 return Err(NotConverged::Cancelled);
@@ -181,7 +187,7 @@ impl Newton<'_> {
             } else {
                 Some(LEAST_J_KEPT * least_j)
             };
-            let Some(assembled) = self.move_by(state, &mut du, &load, floor) else {
+            let Some(assembled) = self.move_by(state, &mut du, &load, floor, kept.at()) else {
                 return Ok(Converged::No);
             };
             least_j = assembled.least_j;
@@ -195,16 +201,18 @@ impl Newton<'_> {
                 least_j,
                 bent,
                 fraction,
+                from_factor: kept.distance(),
             };
             let on_area = area.is_none_or(|q| missing.abs() <= 1e-9 * q.abs().max(1e-6));
-            if iteration > 0 && on_area {
-                if relative <= self.settings.tolerance {
-                    return Ok(Converged::Yes(solved));
-                }
-                if relative < ROUND_OFF && relative > 0.5 * last && last < ROUND_OFF {
-                    self.work.stagnated += 1;
-                    return Ok(Converged::Yes(solved));
-                }
+            if iteration > 0 && on_area && relative <= self.settings.tolerance {
+                return Ok(Converged::Yes(solved));
+            }
+            // A factor of elsewhere may be what makes the residual fall slowly.
+            let own = kept.at().is_none();
+            let stalls = relative < ROUND_OFF && relative > 0.5 * last && last < ROUND_OFF;
+            if iteration > 0 && on_area && stalls && own {
+                self.work.stagnated += 1;
+                return Ok(Converged::Yes(solved));
             }
             if relative < 0.9 * best {
                 best = relative;
@@ -221,19 +229,37 @@ impl Newton<'_> {
                 return Ok(Converged::No);
             }
             self.work.newton_iterations += 1;
-            self.observer.enter(Phase::Factorisation);
-            let definite = self.factorise(seek_stable, &mut shifted)?;
-            bent |= !definite;
-            du.fill([0.0; 2]);
             let mut change = 0.0;
-            if area.is_some() {
-                change = self.bordered_step(state, leg, missing, &mut step, &mut du);
-            } else {
-                system.dofs.gather(&self.vectors.residual, &mut step);
-                self.solver.solve(&mut step, 1);
-                system.dofs.add_to_field(-1.0, &step, &mut du);
+            let mut size = f64::INFINITY;
+            if let Some(at) = kept.at() {
+                self.observer.enter(Phase::Factorisation);
+                system.freeze(state, at, &mut self.vectors.residual);
+                self.direction(&mut step, &mut du);
+                size = system.gradient_size(&du);
+                let steps = (self.settings.tolerance / relative).ln();
+                if !kept.serves(size / last_size, steps) || stalls {
+                    self.observer.enter(Phase::Assembly);
+                    system.assemble(state, &load, false, true, self.vectors);
+                    size = f64::INFINITY;
+                }
             }
-            let size = system.gradient_size(&du);
+            if size.is_infinite() {
+                self.observer.enter(Phase::Factorisation);
+                let definite = self.factorise(seek_stable, &mut shifted)?;
+                bent |= !definite;
+                if area.is_some() {
+                    du.fill([0.0; 2]);
+                    change = self.bordered_step(state, leg, missing, &mut step, &mut du);
+                } else {
+                    self.direction(&mut step, &mut du);
+                }
+                size = system.gradient_size(&du);
+                if definite && seek_stable && size <= self.settings.step_cap {
+                    kept.renew(&state.u, size);
+                } else {
+                    kept.forget();
+                }
+            }
             bent |= size > GROWTH * last_size && size > NOTICED;
             last_size = size;
             let lost = matches!(held, Held::LoadNearest { .. }) && size > LOST_STEP;
@@ -245,25 +271,36 @@ impl Newton<'_> {
                 du.iter_mut().flatten().for_each(|d| *d *= scale);
                 change *= scale;
             }
+            kept.moved(size);
             fraction += change;
         }
         Ok(Converged::No)
     }
 
+    /// The step -K^-1 R into `du`, with the factor that is there and the residual of the workspace.
+    fn direction(&mut self, step: &mut [f64], du: &mut [[f64; 2]]) {
+        let dofs = &self.system.dofs;
+        dofs.gather(&self.vectors.residual, step);
+        self.solver.solve(step, 1);
+        du.fill([0.0; 2]);
+        dofs.add_to_field(-1.0, step, du);
+    }
+
     /// Moves the state by `du`, shortened until the smallest J is above `floor`, and assembles there; without a floor the
-    /// whole step is taken, or none if J vanishes.
+    /// whole step is taken, or none if J vanishes. Where the factor of the displacements `kept` serves, no tangent.
     fn move_by(
         &mut self,
         state: &mut State,
         du: &mut [[f64; 2]],
         load: &Load,
         floor: Option<f64>,
+        kept: Option<&[[f64; 2]]>,
     ) -> Option<Assembled> {
         let system = self.system;
         let before = state.u.clone();
         for _ in 0..floor.map_or(1, |_| MOST_SHORTENINGS) {
-            system.advance(state, du);
-            let assembled = system.assemble(state, load, false, true, self.vectors);
+            system.advance(state, du, kept);
+            let assembled = system.assemble(state, load, false, kept.is_none(), self.vectors);
             if assembled.least_j > floor.unwrap_or(0.0) {
                 return Some(assembled);
             }
@@ -329,7 +366,7 @@ impl Newton<'_> {
             }
             self.observer.enter(Phase::Assembly);
             let floor = Some(LEAST_J_KEPT * least_j);
-            let Some(assembled) = self.move_by(state, &mut du, &load, floor) else {
+            let Some(assembled) = self.move_by(state, &mut du, &load, floor, None) else {
                 return Ok(Converged::No);
             };
             least_j = assembled.least_j;
@@ -346,6 +383,7 @@ impl Newton<'_> {
                     least_j,
                     bent: true,
                     fraction,
+                    from_factor: f64::INFINITY,
                 }));
             }
             self.work.newton_iterations += 1;

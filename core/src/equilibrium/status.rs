@@ -135,7 +135,7 @@ pub struct PathReport {
 /// Work of a path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PathWork {
-    /// Newton iterations.
+    /// Newton iterations, those with the factor of an earlier one among them.
     pub newton_iterations: usize,
     /// Factorisations.
     pub factorisations: usize,

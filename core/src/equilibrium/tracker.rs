@@ -11,6 +11,10 @@ use crate::actuation::ActuationCycle;
 use crate::assembly::{State, System, Workspace};
 use crate::linear::Solver;
 
+/// Size of a displacement that a stability verdict does not see: a few hundredths of a leg, as a loss of uniqueness is
+/// located.
+const SAME_STATE: f64 = 0.02;
+
 /// A place on the path to which the tracker can return.
 #[derive(Clone)]
 pub(super) struct Place {
@@ -33,6 +37,8 @@ pub(super) struct Tracker<'a> {
     pub at: Place,
     /// Negative pivots of its tangent, whose factor is in `solver`.
     pub negative: usize,
+    /// Whether the factor must be that of the accepted state itself.
+    pub exact_factors: bool,
     /// Step as a fraction of a leg that the last solves suggest.
     pub suggested: f64,
     /// Last two (norm of the pressures, stretch).
@@ -91,6 +97,7 @@ impl<'a> Tracker<'a> {
             largest,
             work: PathWork::default(),
             negative: 0,
+            exact_factors: false,
             suggested: 1.0,
             history: [(0.0, 1.0); 2],
             loss: None,
@@ -147,7 +154,8 @@ impl<'a> Tracker<'a> {
         }
     }
 
-    /// Makes a solved state the accepted one and factorises its tangent.
+    /// Makes a solved state the accepted one, with the factor of its tangent; one of a state less than [`SAME_STATE`] away
+    /// is as good for a predictor and for the count of negative pivots, unless `exact_factors` are wanted.
     ///
     /// The independent pressures lag behind p(u) by a square of the last step times K: the tangent of the state itself
     /// has p(u).
@@ -158,7 +166,11 @@ impl<'a> Tracker<'a> {
             least_j: solved.least_j,
             residual: solved.residual,
         };
-        self.factorise(observer);
+        if self.exact_factors || solved.from_factor > SAME_STATE {
+            self.factorise(observer);
+        } else {
+            self.negative = 0;
+        }
     }
 
     /// Returns to a place and builds its factor again.

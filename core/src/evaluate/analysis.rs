@@ -283,6 +283,10 @@ impl StateVisitor for Recorder<'_> {
             .reduce(f64::max);
     }
 
+    fn wants_exact_factors(&self) -> bool {
+        self.wanted.limit_gradients || !self.wanted.gradients_of.is_empty()
+    }
+
     fn wants_limit_points(&self) -> bool {
         self.wanted.limit_gradients
     }

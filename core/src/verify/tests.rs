@@ -130,7 +130,7 @@ fn designs_have_their_thirds_and_are_read_from_ledgers() {
     assert!(designs.iter().enumerate().all(|(k, d)| d.index == k));
     let line = solve_design(&designs[8], 0, &mut Still).unwrap();
     assert_eq!(line.status, crate::evaluate::SceneStatus::Ok, "{line:?}");
-    assert!(line.factorisations > 13 && line.max_stretch > 1.0);
+    assert!(line.factorisations > 5 && line.max_stretch > 1.0);
 }
 
 #[test]
