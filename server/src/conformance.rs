@@ -26,6 +26,7 @@ pub async fn run(store: &dyn Store) {
     what_a_crash_leaves_is_found(store).await;
     commands_follow_the_states(store).await;
     a_repeated_key_is_one_study(store).await;
+    every_outcome_is_stored(store).await;
 }
 
 fn ask(x: f64) -> NewAsk {
@@ -161,6 +162,71 @@ async fn leases_are_fenced(store: &dyn Store) {
     );
     let row = &store.ledger(&study, 0, 10, true).await.unwrap()[0];
     assert_eq!((row.objective, row.fence), (Some(1.0), 3));
+    end(store, &study).await;
+}
+
+/// Every status with fields of no meaning. A new one is a new row here, and needs a place in the store's schema.
+fn every_status() -> Vec<OutcomeStatus> {
+    let (kind, reason) = ("limit_point".to_owned(), "why".to_owned());
+    let (load_fraction, factor, missing) = (0.5, 1.05, 0.05);
+    let first = OutcomeStatus::Ok;
+    // So that the compiler asks for the new one.
+    match first {
+        OutcomeStatus::Ok
+        | OutcomeStatus::InfeasibleGeometry { .. }
+        | OutcomeStatus::NoEquilibrium { .. }
+        | OutcomeStatus::NoMargin { .. }
+        | OutcomeStatus::NotUnique { .. }
+        | OutcomeStatus::NotConverged { .. }
+        | OutcomeStatus::InvalidResult { .. }
+        | OutcomeStatus::Failed { .. }
+        | OutcomeStatus::WorkLimit
+        | OutcomeStatus::Cancelled
+        | OutcomeStatus::Lost => {}
+    }
+    vec![
+        first,
+        OutcomeStatus::InfeasibleGeometry {
+            reason: reason.clone(),
+        },
+        OutcomeStatus::NoEquilibrium {
+            kind: kind.clone(),
+            load_fraction,
+        },
+        OutcomeStatus::NoMargin {
+            kind,
+            factor,
+            missing,
+        },
+        OutcomeStatus::NotUnique { load_fraction },
+        OutcomeStatus::NotConverged {
+            reason: reason.clone(),
+            load_fraction,
+        },
+        OutcomeStatus::InvalidResult {
+            reason: reason.clone(),
+        },
+        OutcomeStatus::Failed { reason },
+        OutcomeStatus::WorkLimit,
+        OutcomeStatus::Cancelled,
+        OutcomeStatus::Lost,
+    ]
+}
+
+async fn every_outcome_is_stored(store: &dyn Store) {
+    let statuses = every_status();
+    let xs: Vec<f64> = (0..statuses.len()).map(|k| k as f64).collect();
+    let study = submit(store, "statuses", &xs).await;
+    for status in statuses {
+        let claim = claim(store).await;
+        let name = status.name();
+        let mut report = report(&claim, 1.0);
+        report.outcome = Outcome::without_values(status);
+        match store.accept_result(report).await.unwrap() {
+            Reported::Stored { status, .. } => assert_eq!(status, name),
+            other => panic!("{name} was not stored: {other:?}"),
+        }
+    }
     end(store, &study).await;
 }
 

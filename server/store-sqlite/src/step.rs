@@ -133,7 +133,7 @@ impl SqliteStore {
                 r#"SELECT evaluation AS "evaluation!: i64", outcome AS "outcome!: String", worker
                    FROM results
                    WHERE result_key = ?1 AND cached_from IS NULL AND build = ?2 AND instruction_set = ?3
-                     AND status IN ('ok', 'infeasible_geometry', 'no_equilibrium', 'work_limit')
+                     AND status IN ('ok', 'infeasible_geometry', 'no_equilibrium', 'no_margin', 'not_unique', 'work_limit')
                      AND (?4 IS NULL OR study = ?4)
                    ORDER BY evaluation LIMIT 1"#,
                 key,
