@@ -32,7 +32,7 @@ const RULE: &[(&str, &[&str])] = &[
         ],
     ),
     ("element", &["lane", "material"]),
-    ("linear", &[]),
+    ("linear", &["lane"]),
     (
         "mesh",
         &["element", "fault", "geometry", "material", "scene"],

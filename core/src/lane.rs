@@ -11,6 +11,18 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
+/// Whether this processor has vector instructions with fused multiply-add that the kernels are compiled for.
+pub fn has_fma() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        cfg!(target_arch = "aarch64")
+    }
+}
+
 /// Elements that are computed side by side.
 pub const LANES: usize = 4;
 

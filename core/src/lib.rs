@@ -65,7 +65,7 @@
 //! | [`scene`] | one analysis as a document | actuation, document, geometry, material |
 //! | [`study`] | the study document, restarts as pure state machines | random, scene, optimiser and their imports |
 //! | `element` | shape functions, quadrature, the mixed element | lane, material |
-//! | `linear` | order, analyse once, factorise, solve | |
+//! | `linear` | order, analyse once, factorise, solve | lane |
 //! | `mesh` | the mesher of fixed topology, Gmsh input, VTU output | element, geometry, material, scene |
 //! | [`picture`] | SVG of shapes and curves | geometry, mesh |
 //! | `force` | chamber pressure, tractions | mesh |

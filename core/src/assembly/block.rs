@@ -3,22 +3,10 @@
 use super::{DofMap, Pattern};
 use crate::element::kernel::{self, ElementOutput, Kinematics, PackGeometry};
 use crate::element::shape::ShapeTable;
-use crate::lane::{LANES, Pack};
+use crate::lane::{LANES, Pack, has_fma};
 use crate::material::MaterialLaw;
 use crate::material::hyperelastic::Parameters;
 use crate::mesh::{ElementBlock, ElementKind};
-
-/// Whether this processor has vector instructions with fused multiply-add that the kernels are compiled for.
-pub fn has_fma() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    {
-        std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        cfg!(target_arch = "aarch64")
-    }
-}
 
 /// The elements of one kind, ready for assembly.
 pub struct Block<const NN: usize, const NQ: usize, const NP: usize> {

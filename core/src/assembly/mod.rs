@@ -5,7 +5,7 @@ mod dof_map;
 mod pattern;
 mod system;
 
-pub use block::{BlockKernel, PointSample, PointSensitivity, has_fma};
+pub use block::{BlockKernel, PointSample, PointSensitivity};
 pub use dof_map::DofMap;
 pub use pattern::Pattern;
 pub use system::{Assembled, FoldedReference, Load, State, System, Workspace};

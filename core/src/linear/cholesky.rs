@@ -1,20 +1,22 @@
-//! Supernodal Cholesky factorisation (faer), with a symmetric indefinite one for the count of negative pivots.
+//! Supernodal Cholesky factorisation, with a symmetric indefinite one (faer) for the count of negative pivots.
 
 use faer::Par;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::lblt::factor::LbltParams;
-use faer::linalg::cholesky::llt::factor::{LltParams, LltRegularization};
 use faer::perm::PermRef;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
+    CholeskySymbolicParams, IntranodeLbltRef, SymbolicCholesky, SymbolicCholeskyRaw,
     SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Side, Spec};
 
-/// Merging of small supernodes; faer's own choice is 3-4 times slow on systems of this size.
-const RELAX: [(usize, f64); 4] = [(8, 1.0), (32, 0.8), (96, 0.2), (usize::MAX, 0.08)];
+use super::multifrontal::Multifrontal;
+use super::supernodes::Tree;
+
+/// Merging of small supernodes: up to so many columns, and so large a part of zeros.
+const RELAX: [(usize, f64); 4] = [(4, 1.0), (16, 0.4), (48, 0.15), (usize::MAX, 0.05)];
 
 /// Right-hand sides that are solved together.
 const MOST_COLUMNS: usize = 4;
@@ -46,15 +48,24 @@ pub enum Factor {
 /// One topology: its symbolic analysis and the storage of one factor.
 pub struct Solver {
     symbolic: SymbolicCholesky<u32>,
+    /// Unknown at each place of the elimination order.
+    order: Vec<u32>,
     column_start: Vec<u32>,
     row: Vec<u32>,
+    definite: Multifrontal,
+    /// Made where a matrix is indefinite for the first time.
+    indefinite: Option<Indefinite>,
+    factor: Factor,
+    /// Factorisations so far.
+    pub factorisations: usize,
+}
+
+/// Storage of an L B L' factor.
+struct Indefinite {
     values: Vec<f64>,
     subdiagonal: Vec<f64>,
     pivot_order: [Vec<u32>; 2],
     scratch: MemBuffer,
-    factor: Factor,
-    /// Factorisations so far.
-    pub factorisations: usize,
 }
 
 impl Solver {
@@ -83,19 +94,21 @@ impl Solver {
             },
         )
         .map_err(|e| failed(format!("{e:?}")))?;
-        let need = symbolic
-            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default())
-            .or(symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Spec::default()))
-            .or(symbolic.solve_in_place_scratch::<f64>(MOST_COLUMNS, Par::Seq));
-        let scratch = MemBuffer::try_new(need).map_err(|_| failed("out of memory".to_owned()))?;
+        let (order, place) = symbolic.perm().map_or_else(
+            || (order.to_vec(), inverse),
+            |perm| (perm.arrays().0.to_vec(), perm.arrays().1.to_vec()),
+        );
+        let SymbolicCholeskyRaw::Supernodal(super_nodes) = symbolic.raw() else {
+            return Err(failed("no supernodes".to_owned()));
+        };
+        let tree = Tree::new(super_nodes, column_start, row, &place);
         Ok(Self {
-            values: vec![0.0; symbolic.len_val()],
-            subdiagonal: vec![0.0; n],
-            pivot_order: [vec![0; n], vec![0; n]],
+            definite: Multifrontal::new(tree, n),
+            indefinite: None,
+            order,
             column_start: column_start.to_vec(),
             row: row.to_vec(),
             symbolic,
-            scratch,
             factor: Factor::None,
             factorisations: 0,
         })
@@ -108,7 +121,7 @@ impl Solver {
 
     /// Numbers that a factor holds.
     pub fn len_values(&self) -> usize {
-        self.values.len()
+        self.symbolic.len_val()
     }
 
     /// The factor that `solve` uses.
@@ -116,54 +129,47 @@ impl Solver {
         self.factor
     }
 
-    fn matrix<'a>(
-        column_start: &'a [u32],
-        row: &'a [u32],
-        values: &'a [f64],
-        n: usize,
-    ) -> SparseColMatRef<'a, u32, f64> {
-        // The pattern was checked at construction.
-        SparseColMatRef::new(
-            SymbolicSparseColMatRef::new_checked(n, n, column_start, None, row),
-            values,
-        )
-    }
-
     /// Factorises a positive definite matrix; `false` if it is not.
     pub fn factorise(&mut self, values: &[f64]) -> bool {
         self.factorisations += 1;
-        let n = self.symbolic.nrows();
-        let result = self.symbolic.factorize_numeric_llt(
-            &mut self.values,
-            Self::matrix(&self.column_start, &self.row, values, n),
-            Side::Lower,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-            Spec::<LltParams, f64>::default(),
-        );
-        self.factor = if result.is_ok() {
+        let definite = self.definite.factorise(values);
+        self.factor = if definite {
             Factor::Cholesky
         } else {
             Factor::None
         };
-        result.is_ok()
+        definite
     }
 
     /// Factorises a symmetric matrix of any inertia and counts its negative pivots.
     pub fn factorise_indefinite(&mut self, values: &[f64]) -> usize {
         self.factorisations += 1;
         let n = self.symbolic.nrows();
-        let [forward, inverse] = &mut self.pivot_order;
-        self.symbolic.factorize_numeric_intranode_lblt(
-            &mut self.values,
-            &mut self.subdiagonal,
+        let symbolic = &self.symbolic;
+        let storage = self.indefinite.get_or_insert_with(|| {
+            let need = symbolic
+                .factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Spec::default())
+                .or(symbolic.solve_in_place_scratch::<f64>(MOST_COLUMNS, Par::Seq));
+            Indefinite {
+                values: vec![0.0; symbolic.len_val()],
+                subdiagonal: vec![0.0; n],
+                pivot_order: [vec![0; n], vec![0; n]],
+                scratch: MemBuffer::new(need),
+            }
+        });
+        let [forward, inverse] = &mut storage.pivot_order;
+        // The pattern was checked at construction.
+        let pattern =
+            SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row);
+        symbolic.factorize_numeric_intranode_lblt(
+            &mut storage.values,
+            &mut storage.subdiagonal,
             forward,
             inverse,
-            Self::matrix(&self.column_start, &self.row, values, n),
+            SparseColMatRef::new(pattern, values),
             Side::Lower,
             Par::Seq,
-            MemStack::new(&mut self.scratch),
+            MemStack::new(&mut storage.scratch),
             Spec::<LbltParams, f64>::default(),
         );
         let negative = self.count_negative();
@@ -176,6 +182,9 @@ impl Solver {
         let SymbolicCholeskyRaw::Supernodal(super_nodes) = self.symbolic.raw() else {
             return 0;
         };
+        let Some(storage) = &self.indefinite else {
+            return 0;
+        };
         let mut negative = 0;
         let begin = super_nodes.supernode_begin();
         for s in 0..super_nodes.n_supernodes() {
@@ -186,8 +195,8 @@ impl Solver {
             let first = super_nodes.col_ptr_for_val()[s] as usize;
             let mut k = 0;
             while k < end - start {
-                if self.subdiagonal[start + k] == 0.0 {
-                    negative += usize::from(self.values[first + k * rows + k] < 0.0);
+                if storage.subdiagonal[start + k] == 0.0 {
+                    negative += usize::from(storage.values[first + k * rows + k] < 0.0);
                     k += 1;
                 } else {
                     negative += 1;
@@ -201,31 +210,24 @@ impl Solver {
     /// Solves in place for `columns` right-hand sides, stored one after the other.
     pub fn solve(&mut self, rhs: &mut [f64], columns: usize) {
         let n = self.symbolic.nrows();
-        for part in rhs[..n * columns].chunks_mut(n * MOST_COLUMNS) {
-            self.solve_together(part);
-        }
-    }
-
-    fn solve_together(&mut self, rhs: &mut [f64]) {
-        let n = self.symbolic.nrows();
-        let columns = rhs.len() / n;
-        let rhs = MatMut::from_column_major_slice_mut(rhs, n, columns);
-        let stack = MemStack::new(&mut self.scratch);
-        match self.factor {
-            Factor::None => {}
-            Factor::Cholesky => {
-                LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
-                    Conj::No,
-                    rhs,
-                    Par::Seq,
-                    stack,
-                );
+        let rhs = &mut rhs[..n * columns];
+        match (self.factor, &mut self.indefinite) {
+            (Factor::Cholesky, _) => self.definite.solve(rhs, &self.order),
+            (Factor::Indefinite { .. }, Some(storage)) => {
+                let [forward, inverse] = &storage.pivot_order;
+                for part in rhs.chunks_mut(n * MOST_COLUMNS) {
+                    let order = PermRef::new_checked(forward, inverse, n);
+                    let (values, subdiagonal) = (&storage.values, &storage.subdiagonal);
+                    IntranodeLbltRef::new(&self.symbolic, values, subdiagonal, order)
+                        .solve_in_place_with_conj(
+                            Conj::No,
+                            MatMut::from_column_major_slice_mut(part, n, part.len() / n),
+                            Par::Seq,
+                            MemStack::new(&mut storage.scratch),
+                        );
+                }
             }
-            Factor::Indefinite { .. } => {
-                let order = PermRef::new_checked(&self.pivot_order[0], &self.pivot_order[1], n);
-                IntranodeLbltRef::new(&self.symbolic, &self.values, &self.subdiagonal, order)
-                    .solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack);
-            }
+            _ => {}
         }
     }
 }
@@ -272,6 +274,78 @@ mod tests {
                 .collect();
             solver.solve(&mut rhs, 1);
             assert!(rhs.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-11));
+        }
+    }
+
+    /// Unknowns on a grid of m x m nodes, each coupled to its eight neighbours as the elements of the grid do it.
+    fn grid(m: u32, d: f64) -> (Vec<u32>, Vec<u32>, Vec<f64>, Vec<u32>) {
+        let (mut start, mut row, mut value) = (vec![0], Vec::new(), Vec::new());
+        for v in 0..m * m {
+            for w in v..m * m {
+                let (dx, dy) = ((v % m).abs_diff(w % m), v / m == w / m);
+                let near = dx <= 1 && (w / m) - (v / m) <= 1;
+                if near {
+                    row.push(w);
+                    let coupling = if dx == 0 || dy { -1.0 } else { -0.25 };
+                    value.push(if v == w { d } else { coupling });
+                }
+            }
+            start.push(row.len() as u32);
+        }
+        let at = |i: u32, j: u32| j * m + i;
+        let quads: Vec<[u32; 4]> = (0..(m - 1) * (m - 1))
+            .map(|k| (k % (m - 1), k / (m - 1)))
+            .map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)])
+            .collect();
+        let centroid = quads
+            .iter()
+            .map(|q| [f64::from(q[0] % m), f64::from(q[0] / m)])
+            .collect();
+        let elements = crate::linear::Elements {
+            nodes: quads.iter().map(<[u32; 4]>::as_slice).collect(),
+            centroid,
+        };
+        let order = crate::linear::nested_dissection(&elements, (m * m) as usize);
+        (start, row, value, order)
+    }
+
+    #[test]
+    fn both_factors_solve_on_grids_of_all_sizes() {
+        for m in [2, 3, 7, 12, 25] {
+            let (start, row, value, order) = grid(m, 5.5);
+            let n = order.len();
+            let mut solver = Solver::new(&start, &row, &order).unwrap();
+            let x: Vec<f64> = (0..2 * n).map(|k| (k as f64).sin()).collect();
+            let mut product = vec![0.0; 2 * n];
+            for c in 0..n {
+                for k in start[c] as usize..start[c + 1] as usize {
+                    let r = row[k] as usize;
+                    for part in [0, n] {
+                        product[part + r] += value[k] * x[part + c];
+                        if r != c {
+                            product[part + c] += value[k] * x[part + r];
+                        }
+                    }
+                }
+            }
+            assert!(solver.factorise(&value), "m = {m}");
+            let mut one = product.clone();
+            solver.solve(&mut one, 2);
+            assert_eq!(solver.factorise_indefinite(&value), 0);
+            let mut other = product;
+            solver.solve(&mut other, 2);
+            for solution in [one, other] {
+                assert!(
+                    solution.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-12),
+                    "m = {m}"
+                );
+            }
+            // The sums of the rows are negative: not positive definite.
+            let (.., value, _) = grid(m.max(7), 1.0);
+            let (start, row, _, order) = grid(m.max(7), 1.0);
+            let mut solver = Solver::new(&start, &row, &order).unwrap();
+            assert!(!solver.factorise(&value));
+            assert!(solver.factorise_indefinite(&value) > 0);
         }
     }
 }

@@ -1,7 +1,10 @@
 //! Sparse symmetric systems: analyse once per topology, factorise, solve.
 
 mod cholesky;
+mod dense;
+mod multifrontal;
 mod nested_dissection;
+mod supernodes;
 
 pub use cholesky::{AnalysisFailed, Factor, Solver};
 pub use nested_dissection::{Elements, nested_dissection};

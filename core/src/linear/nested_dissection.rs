@@ -7,7 +7,7 @@
 
 /// Parts of this many elements are not split further.
 const LEAF: usize = 1;
-/// Parts larger than this are cut in the middle only.
+/// Parts larger than this are cut at three fractions instead of seven.
 const LARGE: usize = 4000;
 
 /// Elements with their nodes.
@@ -23,6 +23,7 @@ pub fn nested_dissection(elements: &Elements<'_>, count: usize) -> Vec<u32> {
     let mut part: Vec<u32> = (0..elements.nodes.len() as u32).collect();
     let mut this = Dissection {
         elements,
+        rank: [ranks(&elements.centroid, 0), ranks(&elements.centroid, 1)],
         mark: vec![0; count],
         stamp: 0,
         numbered: vec![false; count],
@@ -44,8 +45,26 @@ pub fn nested_dissection(elements: &Elements<'_>, count: usize) -> Vec<u32> {
     order
 }
 
+/// Ranks of the elements along an axis, ties broken by the other axis.
+fn ranks(centroid: &[[f64; 2]], axis: usize) -> Vec<u32> {
+    let mut sorted: Vec<u32> = (0..centroid.len() as u32).collect();
+    sorted.sort_unstable_by(|&a, &b| {
+        let (p, q) = (centroid[a as usize], centroid[b as usize]);
+        p[axis]
+            .total_cmp(&q[axis])
+            .then(p[1 - axis].total_cmp(&q[1 - axis]))
+            .then(a.cmp(&b))
+    });
+    let mut rank = vec![0; sorted.len()];
+    for (k, &e) in sorted.iter().enumerate() {
+        rank[e as usize] = k as u32;
+    }
+    rank
+}
+
 struct Dissection<'a> {
     elements: &'a Elements<'a>,
+    rank: [Vec<u32>; 2],
     mark: Vec<u32>,
     stamp: u32,
     numbered: Vec<bool>,
@@ -64,9 +83,9 @@ impl Dissection<'_> {
             return None;
         }
         let fractions: &[f64] = if part.len() > LARGE {
-            &[0.5]
-        } else {
             &[0.5, 0.4, 0.6]
+        } else {
+            &[0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65]
         };
         let mut best: Option<(f64, usize, usize)> = None;
         for axis in 0..2 {
@@ -88,14 +107,8 @@ impl Dissection<'_> {
     }
 
     fn sort(&self, part: &mut [u32], axis: usize) {
-        let c = &self.elements.centroid;
-        part.sort_unstable_by(|&a, &b| {
-            let (p, q) = (c[a as usize], c[b as usize]);
-            p[axis]
-                .total_cmp(&q[axis])
-                .then(p[1 - axis].total_cmp(&q[1 - axis]))
-                .then(a.cmp(&b))
-        });
+        let rank = &self.rank[axis];
+        part.sort_unstable_by_key(|&e| rank[e as usize]);
     }
 
     /// Counts, and with `number` numbers, the free nodes that both halves share.
