@@ -42,6 +42,8 @@ pub struct StretchMeasure {
     kernel: Vec<[f64; 2]>,
     /// sum_j w_j k_ij.
     weight: Vec<f64>,
+    /// w_j k_ij over that sum.
+    share: Vec<f64>,
 }
 
 /// The measure at a state.
@@ -50,7 +52,7 @@ pub struct StretchState {
     /// Averaged stretch per point.
     pub averaged: Vec<f64>,
     pointwise: Vec<f64>,
-    gradient: Vec<[[f64; 2]; 2]>,
+    deformation_gradient: Vec<[[f64; 2]; 2]>,
 }
 
 impl StretchState {
@@ -98,6 +100,7 @@ impl StretchMeasure {
             start: vec![0],
             neighbour: Vec::new(),
             kernel: Vec::new(),
+            share: Vec::new(),
             weight: Vec::with_capacity(at.len()),
             area,
             at,
@@ -120,11 +123,15 @@ impl StretchMeasure {
                     if t > 0.0 {
                         this.neighbour.push(j);
                         this.kernel.push([t * t, 2.0 * t / square]);
-                        sum += this.area[j as usize] * t * t;
+                        let own = this.area[j as usize] * t * t;
+                        this.share.push(own);
+                        sum += own;
                     }
                 }
             }
             this.weight.push(sum);
+            let first = this.start[this.start.len() - 1] as usize;
+            this.share[first..].iter_mut().for_each(|s| *s /= sum);
             this.start.push(this.neighbour.len() as u32);
         }
         this
@@ -137,28 +144,23 @@ impl StretchMeasure {
     /// Averaged stretches at displacements `u`.
     pub fn at_state(&self, system: &System, u: &[[f64; 2]]) -> StretchState {
         let n = self.at.len();
-        let (mut pointwise, mut gradient) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let (mut pointwise, mut deformation_gradient) =
+            (Vec::with_capacity(n), Vec::with_capacity(n));
         system.sample(u, |p| {
-            let (value, d) = principal_stretch(&p.f);
-            pointwise.push(value);
-            gradient.push(d);
+            pointwise.push(principal_stretch(&p.f).0);
+            deformation_gradient.push(p.f);
         });
         let averaged = (0..n)
             .map(|i| {
-                let sum: f64 = self
-                    .discs(i)
-                    .map(|k| {
-                        let j = self.neighbour[k] as usize;
-                        self.area[j] * self.kernel[k][0] * pointwise[j]
-                    })
-                    .sum();
-                sum / self.weight[i]
+                let disc = self.discs(i);
+                let weighted = self.neighbour[disc.clone()].iter().zip(&self.share[disc]);
+                weighted.map(|(j, s)| s * pointwise[*j as usize]).sum()
             })
             .collect();
         StretchState {
             averaged,
             pointwise,
-            gradient,
+            deformation_gradient,
         }
     }
 
@@ -185,7 +187,11 @@ impl StretchMeasure {
         }
         let mut sum = vec![0.0; self.regions];
         for ((m, r), w) in state.averaged.iter().zip(&self.region).zip(&self.area) {
-            sum[*r as usize] += w * (RHO * (m - largest[*r as usize])).exp();
+            let below = RHO * (m - largest[*r as usize]);
+            // What double precision does not see is not worth an exponential.
+            if below > -45.0 {
+                sum[*r as usize] += w * below.exp();
+            }
         }
         let spot = std::f64::consts::PI * (HOT_SPOT * self.radius).powi(2);
         largest
@@ -232,8 +238,11 @@ impl StretchMeasure {
                 }
             }
         }
-        for (o, (d, g)) in out.iter_mut().zip(d_stretch.iter().zip(&state.gradient)) {
-            o.f = g.map(|row| row.map(|v| v * d));
+        let points = d_stretch.iter().zip(&state.deformation_gradient);
+        for (o, (d, f)) in out.iter_mut().zip(points) {
+            if *d != 0.0 {
+                o.f = principal_stretch(f).1.map(|row| row.map(|v| v * d));
+            }
         }
         out
     }

@@ -10,6 +10,8 @@ use crate::mesh::BoundaryLoop;
 /// A crossing this near to a corner on both sides of it, along the reference boundary, is a fold of that corner, mm.
 pub const FOLD_MM: f64 = 3.0;
 const SEGMENTS: usize = 4;
+/// Vertices of a piece.
+const PIECE: usize = 8;
 
 /// The sampled boundary.
 pub struct Walls {
@@ -102,53 +104,28 @@ impl Walls {
     /// degrees, farther apart along the boundary than twice the distance. `None` where no points face each other.
     pub fn least_gap(&self, x: &[[f64; 2]], u: &[[f64; 2]]) -> Option<f64> {
         let mut least = f64::INFINITY;
-        for line in &self.loops {
+        // Small loops first: an outline, where nothing faces, is searched no farther than the voids' gaps.
+        let mut loops: Vec<&Polyline> = self.loops.iter().collect();
+        loops.sort_by(|a, b| a.length.total_cmp(&b.length));
+        for line in loops {
             let points: Vec<[f64; 2]> = line.points_deformed(x, u);
             let n = points.len();
-            // Normal out of the solid (solid on the left): (dy, -dx).
-            let normal = |k: usize| {
-                let (a, b) = (points[k], points[(k + 1) % n]);
-                [b[1] - a[1], a[0] - b[0]]
-            };
-            let length: Vec<f64> = (0..n)
-                .map(|k| distance(points[k], points[(k + 1) % n]))
+            // Normals of the segments out of the solid (solid on the left): (dy, -dx).
+            let normals: Vec<[f64; 2]> = (0..n)
+                .map(|k| {
+                    let (a, b) = (points[k], points[(k + 1) % n]);
+                    [b[1] - a[1], a[0] - b[0]]
+                })
                 .collect();
-            for i in 0..n {
-                // A vertex belongs to the segments before and after it: either may face the other wall.
-                let normals = [normal((i + n - 1) % n), normal(i)];
-                for j in 0..n {
-                    let (a, b) = (points[j], points[(j + 1) % n]);
-                    // Most pairs are too far apart to count, which the first end says at little cost.
-                    let to_a = [a[0] - points[i][0], a[1] - points[i][1]];
-                    let reach = least + length[j];
-                    if to_a[0] * to_a[0] + to_a[1] * to_a[1] >= reach * reach {
-                        continue;
-                    }
-                    let m = normal(j);
-                    if !normals.iter().any(|v| v[0] * m[0] + v[1] * m[1] < 0.0) {
-                        continue;
-                    }
-                    let (d, t) = to_segment(points[i], a, b);
-                    if d >= least {
-                        continue;
-                    }
-                    let foot = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
-                    let towards = [foot[0] - points[i][0], foot[1] - points[i][1]];
-                    let faces = |v: [f64; 2]| v[0] * towards[0] + v[1] * towards[1] > 0.0;
-                    let opposed = normals
-                        .iter()
-                        .any(|v| faces(*v) && v[0] * m[0] + v[1] * m[1] < 0.0);
-                    if !opposed || m[0] * towards[0] + m[1] * towards[1] >= 0.0 {
-                        continue;
-                    }
-                    let end = if j + 1 == n {
-                        line.length
-                    } else {
-                        line.arc[j + 1]
-                    };
-                    let along = (line.arc[i] - (line.arc[j] + t * (end - line.arc[j]))).abs();
-                    if along.min(line.length - along) > 2.0 * d {
-                        least = d;
+            let pieces: Vec<Piece> = (0..n)
+                .step_by(PIECE)
+                .map(|k| Piece::new(k..(k + PIECE).min(n), &points, &normals))
+                .collect();
+            for (k, p) in pieces.iter().enumerate() {
+                for q in &pieces[k..] {
+                    if p.may_face(q) && p.distance(q) < least {
+                        least = line.gap_between(p, q, &points, &normals, least);
+                        least = line.gap_between(q, p, &points, &normals, least);
                     }
                 }
             }
@@ -212,6 +189,47 @@ impl Polyline {
         false
     }
 
+    /// The least gap between the vertices of one piece and the segments of another, or `least`.
+    fn gap_between(
+        &self,
+        vertices: &Piece,
+        segments: &Piece,
+        points: &[[f64; 2]],
+        normals: &[[f64; 2]],
+        mut least: f64,
+    ) -> f64 {
+        let n = points.len();
+        for i in vertices.range.clone() {
+            // A vertex belongs to the segments before and after it: either may face the other wall.
+            let own = [normals[(i + n - 1) % n], normals[i]];
+            for j in segments.range.clone() {
+                let (a, b, m) = (points[j], points[(j + 1) % n], normals[j]);
+                if !own.iter().any(|v| v[0] * m[0] + v[1] * m[1] < 0.0) {
+                    continue;
+                }
+                let (d, t) = to_segment(points[i], a, b);
+                if d >= least {
+                    continue;
+                }
+                let foot = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
+                let towards = [foot[0] - points[i][0], foot[1] - points[i][1]];
+                let faces = |v: [f64; 2]| v[0] * towards[0] + v[1] * towards[1] > 0.0;
+                let opposed = own
+                    .iter()
+                    .any(|v| faces(*v) && v[0] * m[0] + v[1] * m[1] < 0.0);
+                if !opposed || m[0] * towards[0] + m[1] * towards[1] >= 0.0 {
+                    continue;
+                }
+                let end = self.arc.get(j + 1).copied().unwrap_or(self.length);
+                let along = (self.arc[i] - (self.arc[j] + t * (end - self.arc[j]))).abs();
+                if along.min(self.length - along) > 2.0 * d {
+                    least = d;
+                }
+            }
+        }
+        least
+    }
+
     fn points(&self, position: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let mut out = Vec::new();
         for e in &self.boundary.edges {
@@ -227,6 +245,71 @@ impl Polyline {
             .zip(&b)
             .map(|(a, b)| [a[0] + b[0], a[1] + b[1]])
             .collect()
+    }
+}
+
+/// Neighbouring vertices with the segments after them: where no pair of two pieces can count, none is looked at.
+struct Piece {
+    range: std::ops::Range<usize>,
+    low: [f64; 2],
+    high: [f64; 2],
+    /// Mean direction of the normals, and the largest angle from it, of the segments before and after the vertices.
+    direction: [f64; 2],
+    spread: f64,
+}
+
+impl Piece {
+    fn new(range: std::ops::Range<usize>, points: &[[f64; 2]], normals: &[[f64; 2]]) -> Self {
+        let n = points.len();
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for k in range.start..=range.end {
+            let p = points[k % n];
+            for i in 0..2 {
+                low[i] = low[i].min(p[i]);
+                high[i] = high[i].max(p[i]);
+            }
+        }
+        let unit = |v: [f64; 2]| {
+            let length = v[0].hypot(v[1]);
+            (length > 0.0).then(|| [v[0] / length, v[1] / length])
+        };
+        // Segments without length face nothing.
+        let units: Vec<[f64; 2]> = (range.start + n - 1..range.end + n)
+            .filter_map(|k| unit(normals[k % n]))
+            .collect();
+        let sum = units
+            .iter()
+            .fold([0.0; 2], |s, v| [s[0] + v[0], s[1] + v[1]]);
+        let (direction, spread) = unit(sum).map_or(([1.0, 0.0], std::f64::consts::PI), |d| {
+            let angle = |v: &[f64; 2]| (d[0] * v[0] + d[1] * v[1]).clamp(-1.0, 1.0).acos();
+            (d, units.iter().map(angle).fold(0.0, f64::max))
+        });
+        Self {
+            range,
+            low,
+            high,
+            direction,
+            spread,
+        }
+    }
+
+    /// Whether normals of both may be opposed by more than 90 degrees.
+    fn may_face(&self, other: &Self) -> bool {
+        let cosine =
+            self.direction[0] * other.direction[0] + self.direction[1] * other.direction[1];
+        let apart = cosine.clamp(-1.0, 1.0).acos();
+        // Round-off of the angles must not lose a pair.
+        apart + self.spread + other.spread > std::f64::consts::FRAC_PI_2 - 1e-6
+    }
+
+    /// Of their boxes.
+    fn distance(&self, other: &Self) -> f64 {
+        let apart = |i: usize| {
+            (self.low[i] - other.high[i])
+                .max(other.low[i] - self.high[i])
+                .max(0.0)
+        };
+        apart(0).hypot(apart(1))
     }
 }
 
