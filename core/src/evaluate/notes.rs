@@ -38,6 +38,35 @@ pub fn of_ranges(body: &Body, laws: &[MaterialLaw], states: &[Measured]) -> Vec<
     notes
 }
 
+/// A note where corners have less than the radius that was asked for.
+pub fn of_corners(body: &Body) -> Option<Note> {
+    let Body::Actuator(chain) = body else {
+        return None;
+    };
+    let wanted = chain.actuator.corner_radius_mm;
+    let units = if chain.actuator.repeated {
+        1
+    } else {
+        chain.actuator.units.len()
+    };
+    let radii: Vec<f64> = (0..units)
+        .flat_map(|u| (0..chain.actuator.units[u].chambers_mm.len()).map(move |c| (u, c)))
+        .flat_map(|(u, c)| chain.actuator.rounded(u, c).radii_mm())
+        .collect();
+    let smaller = radii.iter().filter(|r| **r < 0.999 * wanted).count();
+    (smaller > 0).then(|| {
+        let least = radii.iter().copied().fold(f64::INFINITY, f64::min);
+        Note {
+            about: "actuator.corner_radius_mm".into(),
+            message: format!(
+                "{smaller} of {} corners{} have no room for {wanted} mm; the least radius is {least:.3} mm",
+                radii.len(),
+                if units == 1 && chain.actuator.repeated { " of a unit" } else { "" }
+            ),
+        }
+    })
+}
+
 /// Each law with the field that gives it and its indices.
 fn fields(body: &Body, laws: &[MaterialLaw]) -> Vec<(String, MaterialLaw, Vec<usize>)> {
     if let [first, rest @ ..] = laws
@@ -66,7 +95,7 @@ mod tests {
     use serde_json::{Value, json};
 
     use crate::equilibrium::Unobserved;
-    use crate::evaluate::{SceneAnswer, SceneOptions, solve_scene};
+    use crate::evaluate::{SceneAnswer, SceneOptions, StateAnswer, solve_scene};
     use crate::scene::read_scene;
 
     /// Two units under a strong pressure, each of its own law.
@@ -106,6 +135,50 @@ mod tests {
         let both = answer(&neo_hookean(0.2, range), &neo_hookean(0.2, range));
         assert_eq!(both.notes.len(), 1);
         assert_eq!(both.notes[0].about, "material");
+    }
+
+    #[test]
+    fn a_radius_without_room_is_noted_and_rounding_changes_the_answer() {
+        let answer = |radius: f64| {
+            let document = json!({
+                "version": 1,
+                "actuator": {
+                    "chambers_mm": [[[20, 5], [60, 5], [60, 35], [20, 35]], [[20, 45], [23, 45], [23, 75], [20, 75]]],
+                    "corner_radius_mm": radius
+                },
+                "material": neo_hookean(0.2, 9.0),
+                "actuation": {"schedule": "hold", "pressure_kpa": 5, "load_steps_per_leg": 2},
+                "mesh": {"element": "quad9"},
+                "contact": "off",
+                "probes": {"tip": [80, 40]}
+            });
+            let scene = read_scene(&document, Path::new("")).unwrap_or_else(|f| panic!("{f}"));
+            let options = SceneOptions::default();
+            let found = solve_scene(&scene, &options, &mut Unobserved);
+            found.unwrap_or_else(|f| panic!("{f}")).answer
+        };
+        let tip = |a: &SceneAnswer| {
+            let reach = |s: &StateAnswer| s.displacement_mm["tip"][1].abs();
+            a.path.iter().map(reach).fold(0.0, f64::max)
+        };
+        let [sharp, small, large] = [0.0, 0.3, 3.0].map(answer);
+        assert!(sharp.notes.is_empty() && small.notes.is_empty());
+        assert_eq!(large.notes.len(), 1);
+        assert_eq!(large.notes[0].about, "actuator.corner_radius_mm");
+        // Both chambers' radii shrink: 3 mm fit into the corners of the first alone.
+        assert!(
+            large.notes[0].message.contains("4 of 8 corners"),
+            "{:?}",
+            large.notes
+        );
+        let change = |a: &SceneAnswer| (tip(a) / tip(&sharp) - 1.0).abs();
+        assert!(
+            change(&small) < 0.03 && (0.1..0.2).contains(&change(&large)),
+            "{} {}",
+            change(&small),
+            change(&large)
+        );
+        assert_eq!(small.resolved["actuator"]["corner_radius_mm"], json!(0.3));
     }
 
     #[test]

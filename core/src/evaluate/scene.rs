@@ -287,7 +287,10 @@ fn answer(
             contact_steps: 0,
         },
         left_out: left_out(scene, analysis, laws),
-        notes: notes::of_ranges(&scene.body, laws, &analysis.states),
+        notes: notes::of_ranges(&scene.body, laws, &analysis.states)
+            .into_iter()
+            .chain(notes::of_corners(&scene.body))
+            .collect(),
     }
 }
 

@@ -2,11 +2,12 @@
 
 use super::{Actuator, Unit};
 
-/// n copies of a unit.
+/// n copies of a unit, its corners sharp.
 pub fn cascade(unit: &Unit, unit_mm: [f64; 2], n: usize) -> Actuator {
     Actuator {
         unit_mm,
         units: vec![unit.clone(); n],
         repeated: true,
+        corner_radius_mm: 0.0,
     }
 }

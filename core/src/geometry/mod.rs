@@ -3,8 +3,10 @@
 mod block_map;
 mod cascade;
 mod design;
+mod dual;
 mod plan;
 pub mod polygon;
+mod rounding;
 pub mod samples;
 mod unit;
 pub mod validity;
@@ -15,4 +17,5 @@ pub use design::{
     StackedPair, VARIABLES_PER_UNIT, design_gradient, design_of_units, units_of_design,
 };
 pub use plan::{ChamberPlan, MeshPlan, PlanElement, Station, Strip, UnitPlan};
+pub use rounding::Rounded;
 pub use unit::{Actuator, InfeasibleGeometry, Point, Unit};

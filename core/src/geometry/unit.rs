@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Rounded;
+
 /// A point in the plane, mm.
 pub type Point = [f64; 2];
 
@@ -14,6 +16,24 @@ pub struct Actuator {
     pub units: Vec<Unit>,
     /// Whether all units are copies of the first, so that a gradient sums over them.
     pub repeated: bool,
+    /// Radius of the chambers' corners, mm; 0: sharp. It shrinks where it does not fit (see [`super::Rounded`]).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub corner_radius_mm: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "what serde asks for")]
+fn is_zero(radius: &f64) -> bool {
+    *radius == 0.0
+}
+
+impl Actuator {
+    /// A chamber with its corners rounded.
+    pub fn rounded(&self, unit: usize, chamber: usize) -> Rounded {
+        Rounded::new(
+            &self.units[unit].chambers_mm[chamber],
+            self.corner_radius_mm,
+        )
+    }
 }
 
 /// One unit: its chambers are counter-clockwise simple polygons in the unit's own coordinates.

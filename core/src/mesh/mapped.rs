@@ -2,7 +2,8 @@
 //!
 //! A block is a straight-sided quadrilateral and its element lines lie at fixed fractions of its sides, so every node is
 //! a fixed bilinear combination of four block vertices, elements have straight sides, and an element's corner Jacobian is
-//! positive wherever the block's four are.
+//! positive wherever the block's four are. Where a chamber's corners are rounded, the nodes of the elements on its rim follow
+//! the arcs instead of their chords: rim edges of quadratic elements are curved.
 
 use std::collections::HashMap;
 
@@ -12,7 +13,7 @@ use super::discretisation::{
 };
 use super::quality;
 use crate::geometry::{
-    Actuator, BlockMap, InfeasibleGeometry, MeshPlan, PlanElement, Point, Strip,
+    Actuator, BlockMap, InfeasibleGeometry, MeshPlan, PlanElement, Point, Rounded, Station, Strip,
 };
 
 /// A node as a combination of block vertices.
@@ -21,6 +22,40 @@ struct NodeSource {
     unit: u32,
     vertices: [u32; 4],
     weights: [f64; 4],
+    bulge: Option<Bulge>,
+}
+
+/// How far a rounded rim lies off the chord of its block's side, for the nodes of the elements on that rim: on the rim the
+/// whole, half of it half way through the element.
+#[derive(Clone, Copy, Debug)]
+struct Bulge {
+    chamber: u32,
+    /// The stations of the side's ends, and of the node between them with its fraction of the chord.
+    stations: [Station; 3],
+    fraction: f64,
+    weight: f64,
+}
+
+impl Bulge {
+    /// The stations with their weights.
+    fn terms(&self) -> [(Station, f64); 3] {
+        let [a, b, at] = self.stations;
+        [
+            (at, self.weight),
+            (a, -self.weight * (1.0 - self.fraction)),
+            (b, -self.weight * self.fraction),
+        ]
+    }
+
+    fn offset(&self, chamber: &Rounded) -> Point {
+        let mut sum = [0.0; 2];
+        for (station, weight) in self.terms() {
+            let p = chamber.at(station);
+            sum[0] += weight * p[0];
+            sum[1] += weight * p[1];
+        }
+        sum
+    }
 }
 
 /// A mesh whose node positions are a smooth function of the chambers' corners.
@@ -46,7 +81,9 @@ pub fn build(actuator: &Actuator, plan: &MeshPlan) -> Result<MappedMesh, Infeasi
     let (discretisation, sources) = builder.finish();
     let worst = quality::least_scaled_jacobian(&discretisation.mesh);
     let (scaled_jacobian, element) = worst.unwrap_or((1.0, 0));
-    if scaled_jacobian.is_nan() || scaled_jacobian < quality::SCALED_JACOBIAN_FLOOR {
+    let rounded = actuator.corner_radius_mm > 0.0;
+    let folded = rounded && quality::least_jacobian_bound(&discretisation.mesh) <= 0.0;
+    if folded || scaled_jacobian.is_nan() || scaled_jacobian < quality::SCALED_JACOBIAN_FLOOR {
         let node = discretisation.mesh.blocks[0].nodes[element * plan_nodes(plan)];
         return Err(InfeasibleGeometry::MeshFolds {
             unit: sources[node as usize].unit as usize,
@@ -101,10 +138,21 @@ impl MappedMesh {
                 }
             }
         }
-        reach
+        let mut corners: Vec<Vec<Vec<Point>>> = reach
             .iter()
             .flat_map(|g| self.map.pull_back(&self.plan, g))
-            .collect()
+            .collect();
+        for (source, g) in self.sources.iter().zip(node_gradient) {
+            if let Some(bulge) = source.bulge {
+                let (unit, chamber) = (source.unit as usize, bulge.chamber as usize);
+                let rounded = self.map.chamber(if repeated { 0 } else { unit }, chamber);
+                for (station, weight) in bulge.terms() {
+                    let pull = g.map(|v| weight * v);
+                    rounded.add_slopes(station, pull, &mut corners[unit][chamber]);
+                }
+            }
+        }
+        corners
     }
 }
 
@@ -225,15 +273,84 @@ impl<'a> Builder<'a> {
             position[0] += weight * p[0];
             position[1] += weight * p[1];
         }
+        let bulge = self.bulge(pattern, block, [u, v]);
+        if let Some(bulge) = bulge {
+            let offset = bulge.offset(self.map.chamber(pattern, bulge.chamber as usize));
+            position = [position[0] + offset[0], position[1] + offset[1]];
+        }
         let node = self.nodes.len() as u32;
         self.nodes.push(position);
         self.sources.push(NodeSource {
             unit: unit as u32,
             vertices,
             weights,
+            bulge,
         });
         self.index.insert((unit, at.0, at.1), node);
         node
+    }
+
+    /// How a node at the place (u, v) of a block follows a rounded rim that the block lies on.
+    fn bulge(
+        &self,
+        pattern: usize,
+        (column, row): (usize, usize),
+        [u, v]: [f64; 2],
+    ) -> Option<Bulge> {
+        let plan = &self.plan.units[pattern];
+        // Part of the first element from the side at 0, or of the last one before the side at 1, that is left.
+        let near = |strip: &Strip, t: f64, at_end: bool| {
+            let lines: Vec<f64> = strip.lines().collect();
+            if at_end {
+                1.0 - (1.0 - t) / (1.0 - lines[lines.len() - 2])
+            } else {
+                1.0 - t / lines[1]
+            }
+        };
+        for (c, chamber) in plan.chambers.iter().enumerate() {
+            if !self.map.chamber(pattern, c).is_rounded() {
+                continue;
+            }
+            let ([i0, i1], [j0, j1]) = (chamber.columns, chamber.rows);
+            let (above, beside) = ((i0..i1).contains(&column), (j0..j1).contains(&row));
+            let (nx, ny) = (i1 - i0, j1 - j0);
+            let (across, up) = (&plan.columns[column], &self.plan.rows[row]);
+            // The ring runs counter-clockwise from the lower left: the side's first station, how far the node is along it,
+            // and how near.
+            let (first, along, weight) = if above && row + 1 == j0 {
+                (column - i0, u, near(up, v, true))
+            } else if beside && column == i1 {
+                (nx + row - j0, v, near(across, u, false))
+            } else if above && row == j1 {
+                (nx + ny + i1 - 1 - column, 1.0 - u, near(up, v, false))
+            } else if beside && column + 1 == i0 {
+                (2 * nx + ny + j1 - 1 - row, 1.0 - v, near(across, u, true))
+            } else {
+                continue;
+            };
+            if weight <= 0.0 || along <= 0.0 || along >= 1.0 {
+                continue;
+            }
+            let start = chamber.ring[first];
+            let end = chamber.ring[(first + 1) % chamber.ring.len()];
+            // The end of an edge is the start of the next.
+            let last = if end.edge == start.edge {
+                end.fraction
+            } else {
+                1.0
+            };
+            let between = Station {
+                edge: start.edge,
+                fraction: start.fraction + along * (last - start.fraction),
+            };
+            return Some(Bulge {
+                chamber: c as u32,
+                stations: [start, end, between],
+                fraction: along,
+                weight,
+            });
+        }
+        None
     }
 
     fn add_units(&mut self) {

@@ -13,11 +13,25 @@ pub const MAX_UNITS: usize = 30;
 const MAX_CHAMBERS: usize = 64;
 const MAX_CORNERS: usize = 64;
 const MAX_CORNERS_IN_ALL: usize = 20_000;
+/// Least radius of a rounded corner over the mean size of a unit (0.04 mm on 80 x 80 mm): smaller ones ask for elements
+/// that change nothing.
+const LEAST_RADIUS: f64 = 5e-4;
+/// Largest radius over a unit's smaller side: no chamber has room for more.
+const MOST_RADIUS: f64 = 0.5;
 
 /// Reads the object `actuator`.
 pub fn read_actuator(node: &Node<'_>) -> Option<Actuator> {
-    let object = node.object(&["unit_mm", "repeat", "chambers_mm", "units"])?;
+    let object = node.object(&[
+        "unit_mm",
+        "repeat",
+        "chambers_mm",
+        "units",
+        "corner_radius_mm",
+    ])?;
     let unit_mm = object.or("unit_mm", DEFAULT_UNIT_MM, read_unit_mm);
+    let corner_radius_mm = object.or("corner_radius_mm", 0.0, |n| {
+        read_corner_radius_mm(n, unit_mm)
+    });
     let (units, repeated) = match (object.get("chambers_mm"), object.get("units")) {
         (Some(chambers), None) => (read_repeated(&object, &chambers, unit_mm), true),
         (None, Some(units)) => {
@@ -44,18 +58,25 @@ pub fn read_actuator(node: &Node<'_>) -> Option<Actuator> {
         unit_mm: unit_mm?,
         units: units?,
         repeated,
+        corner_radius_mm: corner_radius_mm?,
     })
 }
 
 /// The document form of an actuator; [`read_actuator`] reads it back to the same actuator.
 pub fn actuator_document(actuator: &Actuator) -> Value {
+    let radius = actuator.corner_radius_mm;
     match actuator.units.first() {
         Some(unit) if actuator.repeated => json!({
             "repeat": actuator.units.len(),
             "unit_mm": actuator.unit_mm,
             "chambers_mm": unit.chambers_mm,
+            "corner_radius_mm": radius,
         }),
-        _ => json!({"unit_mm": actuator.unit_mm, "units": actuator.units}),
+        _ => json!({
+            "unit_mm": actuator.unit_mm,
+            "units": actuator.units,
+            "corner_radius_mm": radius,
+        }),
     }
 }
 
@@ -67,6 +88,18 @@ pub fn read_unit_mm(node: &Node<'_>) -> Option<[f64; 2]> {
         &format!("width and height must be between 0.001 and 100000 mm, found {size:?}"),
     )?;
     Some(size)
+}
+
+/// Reads the radius of the chambers' corners in units of the given size: 0, or one that an arc in such a unit can have.
+pub fn read_corner_radius_mm(node: &Node<'_>, unit_mm: Option<[f64; 2]>) -> Option<f64> {
+    let radius = node.number()?;
+    let [w, h] = unit_mm.unwrap_or(DEFAULT_UNIT_MM);
+    let [least, most] = [LEAST_RADIUS * (w * h).sqrt(), MOST_RADIUS * w.min(h)];
+    node.expect(
+        radius == 0.0 || (least..=most).contains(&radius),
+        &format!("must be 0 (sharp) or between {least} and {most} mm in this unit, found {radius}"),
+    )?;
+    Some(radius)
 }
 
 fn read_repeated(

@@ -134,6 +134,19 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ("actuator.unit_mm=[80]", "actuator.unit_mm"),
         ("actuator.unit_mm=80", "actuator.unit_mm"),
         (
+            "actuator.corner_radius_mm=-0.5",
+            "actuator.corner_radius_mm",
+        ),
+        (
+            "actuator.corner_radius_mm=1e-3",
+            "actuator.corner_radius_mm",
+        ),
+        ("actuator.corner_radius_mm=41", "actuator.corner_radius_mm"),
+        (
+            "actuator.corner_radius_mm=\"round\"",
+            "actuator.corner_radius_mm",
+        ),
+        (
             "actuator.chambers_mm[1][2]=[90, 67]",
             "actuator.chambers_mm[1]",
         ),

@@ -159,16 +159,21 @@ impl Study {
         let corners = self.corners(step, x)?;
         let (body, s, _) = self.chambers(step)?;
         let unit_mm = body.actuator.unit_mm;
+        let corner_radius_mm = body.actuator.corner_radius_mm;
         let units = units_of_design(&corners).unwrap_or_default();
         if s.model.is_direct() {
             return Ok(Actuator {
                 unit_mm,
                 units,
                 repeated: false,
+                corner_radius_mm,
             });
         }
         let unit = units.first().ok_or(StudyError::NoChambers { step })?;
-        Ok(cascade(unit, unit_mm, body.actuator.units))
+        Ok(Actuator {
+            corner_radius_mm,
+            ..cascade(unit, unit_mm, body.actuator.units)
+        })
     }
 
     /// The probes of a step: first the tip, which is the point that the target follows, else the middle of the end face;

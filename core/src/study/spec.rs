@@ -55,6 +55,8 @@ pub struct StudyActuator {
     pub wall_mm: f64,
     /// Distance that each corner keeps from the centre lines of its chamber's domain.
     pub centre_clearance_mm: f64,
+    /// Radius of the chambers' corners; 0: sharp. The variables are the unrounded corners.
+    pub corner_radius_mm: f64,
 }
 
 /// Which chambers a unit holds.

@@ -11,7 +11,7 @@ mod energy;
 mod envelope;
 mod topology;
 
-use super::{Actuator, InfeasibleGeometry, MeshPlan, Point};
+use super::{Actuator, InfeasibleGeometry, MeshPlan, Point, Rounded};
 use energy::{Derivatives, Measure, Target};
 use envelope::Envelope;
 use topology::{Block, NONE, Topology};
@@ -33,6 +33,8 @@ pub struct BlockMap {
     topology: Topology,
     targets: Vec<Target>,
     positions: Vec<Point>,
+    /// Chambers of the solved units.
+    chambers: Vec<Vec<Rounded>>,
     /// Factor of the energy's Hessian at the solution.
     factor: Envelope,
     /// Newton steps taken.
@@ -72,11 +74,18 @@ impl BlockMap {
         } else {
             spring_guess(&topology, plan, actuator)?
         };
+        let chambers = (0..topology.grids.len())
+            .map(|u| {
+                let count = actuator.units[u].chambers_mm.len();
+                (0..count).map(|c| actuator.rounded(u, c)).collect()
+            })
+            .collect();
         let factor = topology.matrix();
         let mut map = Self {
             topology,
             targets,
             positions,
+            chambers,
             factor,
             steps: 0,
             relief: 0.0,
@@ -101,6 +110,11 @@ impl BlockMap {
     /// Vertex positions, mm, in the frame of the first unit.
     pub fn positions(&self) -> &[Point] {
         &self.positions
+    }
+
+    /// A chamber of a solved unit.
+    pub fn chamber(&self, unit: usize, chamber: usize) -> &Rounded {
+        &self.chambers[unit][chamber]
     }
 
     /// Gradient with respect to the corners, per solved unit and chamber, from one with respect to the vertices.
@@ -144,16 +158,11 @@ impl BlockMap {
                 unit.chambers
                     .iter()
                     .zip(&self.topology.rims[u])
-                    .zip(&plan.base.units[u].chambers_mm)
-                    .map(|((chamber, rim), corners)| {
-                        let mut gradient = vec![[0.0; 2]; corners.len()];
+                    .zip(&self.chambers[u])
+                    .map(|((chamber, rim), rounded)| {
+                        let mut gradient = vec![[0.0; 2]; rounded.corners().len()];
                         for (station, v) in chamber.ring.iter().zip(rim) {
-                            let next = (station.edge + 1) % corners.len();
-                            for c in 0..2 {
-                                let g = reach[*v as usize][c];
-                                gradient[station.edge][c] += (1.0 - station.fraction) * g;
-                                gradient[next][c] += station.fraction * g;
-                            }
+                            rounded.add_slopes(*station, reach[*v as usize], &mut gradient);
                         }
                         gradient
                     })

@@ -211,9 +211,10 @@ impl Topology {
             if now.len() != base.len() || now.iter().zip(base).any(|(a, b)| a.len() != b.len()) {
                 return Err(mismatch(u));
             }
-            for ((chamber, corners), rim) in unit.chambers.iter().zip(now).zip(&self.rims[u]) {
+            for (c, (chamber, rim)) in unit.chambers.iter().zip(&self.rims[u]).enumerate() {
+                let rounded = actuator.rounded(u, c);
                 for (station, v) in chamber.ring.iter().zip(rim) {
-                    let p = station.at(corners);
+                    let p = rounded.at(*station);
                     positions[*v as usize] = [x0 + p[0], p[1]];
                 }
             }

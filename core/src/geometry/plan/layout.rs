@@ -1,6 +1,6 @@
 //! From chambers to blocks: which blocks a unit has, how many elements each gets, where its lines lie.
 
-use super::logical_corners::logical_corners;
+use super::rim::{Piece, sides};
 use super::size_rule::{SizeRule, Span};
 use super::{ChamberPlan, MeshPlan, PlanElement, Station, Strip, UnitPlan};
 use crate::geometry::block_map::BlockMap;
@@ -14,15 +14,6 @@ const STRIPS_PER_STRETCH: usize = 4;
 /// every element line is a block line, up to a number, which lets the blocks bend through the wall.
 const SHEARED: f64 = 4.0;
 const STRIPS_OF_SHEARED: usize = 6;
-
-/// A stretch of a chamber's rim along one polygon edge, in the direction of growing index.
-#[derive(Clone, Copy, Debug)]
-struct Piece {
-    edge: usize,
-    from: f64,
-    to: f64,
-    span: Span,
-}
 
 /// What one chamber side or one wall asks of its block: consecutive spans.
 #[derive(Clone, Debug, Default)]
@@ -121,7 +112,12 @@ pub(super) fn choose(
     } else {
         actuator.units.len()
     };
-    let rule = SizeRule::new(element, actuator.unit_mm, max_size_mm);
+    let rule = SizeRule::new(
+        element,
+        actuator.unit_mm,
+        max_size_mm,
+        actuator.corner_radius_mm,
+    );
     let blocks = (0..distinct)
         .map(|k| blocks_of_unit(actuator, k, &rule))
         .collect::<Result<Vec<_>, _>>()?;
@@ -248,7 +244,9 @@ fn blocks_of_unit(
         }
         n => return Err(unsupported(unit, format!("{n} chambers in one unit"))),
     };
-    let placed: Vec<[Vec<Piece>; 4]> = chambers.iter().map(|c| sides(c)).collect();
+    let placed: Vec<[Vec<Piece>; 4]> = (0..chambers.len())
+        .map(|c| sides(&actuator.rounded(unit, c)))
+        .collect();
     if order.is_empty() {
         let whole = |length| Block {
             profiles: vec![Profile {
@@ -306,21 +304,23 @@ fn blocks_of_unit(
         placed[chamber]
             .iter()
             .flatten()
-            .map(|p| p.span.length)
+            .map(|p| p.span.shortest)
             .fold(f64::INFINITY, f64::min)
     };
+    let radius = |chamber: usize| actuator.rounded(unit, chamber).least_radius_mm();
     let wall = |which: &[usize], axis: usize, high: bool| Block {
         profiles: which
             .iter()
             .map(|c| {
                 let place = mean_place(*c, axis, high);
+                let span = Span {
+                    length: if high { size[axis] - place } else { place },
+                    graded: [high, !high],
+                    shortest: shortest(*c),
+                    wall: true,
+                };
                 Profile {
-                    spans: vec![Span {
-                        length: if high { size[axis] - place } else { place },
-                        graded: [high, !high],
-                        shortest: shortest(*c),
-                        wall: true,
-                    }],
+                    spans: span.layered(radius(*c)),
                     least: rule.through_wall,
                 }
             })
@@ -348,12 +348,13 @@ fn blocks_of_unit(
         along_blocks.push(Block {
             sheared: facing.into_iter().any(sheared),
             profiles: vec![Profile {
-                spans: vec![Span {
+                spans: Span {
                     length: gap.max(0.1),
                     graded: [true; 2],
                     shortest: shortest(low).min(shortest(high)),
                     wall: true,
-                }],
+                }
+                .layered(radius(low).min(radius(high))),
                 least: rule.through_wall,
             }],
         });
@@ -382,54 +383,6 @@ fn blocks_of_unit(
         columns,
         rows,
         chambers,
-    })
-}
-
-/// The four sides of a chamber's rim.
-fn sides(corners: &[Point]) -> [Vec<Piece>; 4] {
-    let anchors = logical_corners(corners);
-    let n = corners.len();
-    let length = |edge: usize| polygon::distance(corners[edge], corners[(edge + 1) % n]);
-    let shortest = (0..n).map(length).fold(f64::INFINITY, f64::min);
-    [0, 1, 2, 3].map(|side| {
-        let (start, end) = (anchors[side], anchors[(side + 1) % 4]);
-        let last = if end.edge + usize::from(end.fraction > start.fraction) > start.edge {
-            end.edge
-        } else {
-            end.edge + n
-        };
-        let mut pieces = vec![];
-        for turn in start.edge..=last {
-            let edge = turn % n;
-            let from = if turn == start.edge {
-                start.fraction
-            } else {
-                0.0
-            };
-            let to = if turn == last { end.fraction } else { 1.0 };
-            if to > from {
-                pieces.push(Piece {
-                    edge,
-                    from,
-                    to,
-                    span: Span {
-                        length: (to - from) * length(edge),
-                        graded: [from == 0.0, to == 1.0],
-                        shortest,
-                        wall: false,
-                    },
-                });
-            }
-        }
-        // Top and left run against the index.
-        if side >= 2 {
-            pieces.reverse();
-            for p in &mut pieces {
-                std::mem::swap(&mut p.from, &mut p.to);
-                p.span.graded.reverse();
-            }
-        }
-        pieces
     })
 }
 

@@ -8,6 +8,7 @@
 
 mod layout;
 mod logical_corners;
+mod rim;
 mod size_rule;
 
 use serde::{Deserialize, Serialize};

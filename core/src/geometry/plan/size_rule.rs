@@ -13,6 +13,11 @@ const QUAD4: [f64; 4] = [0.2, 0.2, 0.4, 1.5];
 /// c is at most this part of a chamber's shortest edge, so that even a void of 1 x 1 mm has its grading.
 const PART_OF_SHORTEST: f64 = 0.33;
 
+/// c along an edge is at most this part of the radius of its rounded corners.
+const PART_OF_RADIUS: f64 = 0.5;
+/// The layer of a wall beside rounded corners is at most this part of the wall.
+const PART_OF_WALL: f64 = 0.2;
+
 /// Element size as a function of the distance s from a chamber's corner or edge: min(c + growth * s, largest), mm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SizeRule {
@@ -37,9 +42,44 @@ pub(super) struct Span {
     pub(super) wall: bool,
 }
 
+impl Span {
+    /// A wall's span with a layer of its own at each graded end, of the size of the arcs there, so that the blocks beside
+    /// an arc can turn with it. `radius_mm`: the least of them; 0: sharp.
+    pub(super) fn layered(self, radius_mm: f64) -> Vec<Self> {
+        let span = self;
+        let thickness = (PART_OF_RADIUS * radius_mm).min(PART_OF_WALL * span.length);
+        if thickness <= 0.0 {
+            return vec![span];
+        }
+        let layer = Self {
+            length: thickness,
+            graded: [false; 2],
+            ..span
+        };
+        let ends = span.graded.map(|graded| f64::from(u8::from(graded)));
+        let rest = Self {
+            length: span.length - (ends[0] + ends[1]) * thickness,
+            ..span
+        };
+        let mut spans = vec![rest];
+        if span.graded[0] {
+            spans.insert(0, layer);
+        }
+        if span.graded[1] {
+            spans.push(layer);
+        }
+        spans
+    }
+}
+
 impl SizeRule {
     /// The rule for 1 % of the tip displacement on a unit of the given size, or the one for a largest size.
-    pub(super) fn new(element: PlanElement, unit_mm: [f64; 2], max_size_mm: Option<f64>) -> Self {
+    pub(super) fn new(
+        element: PlanElement,
+        unit_mm: [f64; 2],
+        max_size_mm: Option<f64>,
+        radius_mm: f64,
+    ) -> Self {
         let scale = (unit_mm[0] * unit_mm[1]).sqrt() / 80.0;
         let (rule, through_wall) = match element {
             PlanElement::Quad9 => (QUAD9, 2),
@@ -52,8 +92,13 @@ impl SizeRule {
             None => size * scale,
             Some(limit) => (size * scale).max(0.5 * limit).min(limit),
         };
+        let arc = if radius_mm > 0.0 {
+            PART_OF_RADIUS * radius_mm
+        } else {
+            f64::INFINITY
+        };
         Self {
-            corner: finest(corner),
+            corner: finest(corner).min(arc),
             wall: finest(wall),
             growth,
             largest: (largest * scale).min(limit),

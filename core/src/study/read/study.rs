@@ -7,7 +7,7 @@ use crate::document::{Node, Object, read};
 use crate::fault::Faults;
 use crate::material::records::{self, DEFAULT_RECORD};
 use crate::scene::actuation::read_actuation;
-use crate::scene::actuator::{DEFAULT_UNIT_MM, MAX_UNITS, read_unit_mm};
+use crate::scene::actuator::{DEFAULT_UNIT_MM, MAX_UNITS, read_corner_radius_mm, read_unit_mm};
 use crate::scene::{read_material, read_per_unit};
 use crate::study::preset::expand;
 use crate::study::spec::{Layout, Study, StudyActuator, StudyBody, StudyMaterial, StudyMaterials};
@@ -153,6 +153,7 @@ impl Default for StudyActuator {
             layout: Layout::StackedPair,
             wall_mm: DEFAULT_WALL_MM,
             centre_clearance_mm: DEFAULT_CENTRE_CLEARANCE_MM,
+            corner_radius_mm: 0.0,
         }
     }
 }
@@ -164,6 +165,7 @@ fn read_actuator(node: &Node<'_>) -> Option<StudyActuator> {
         "layout",
         "wall_mm",
         "centre_clearance_mm",
+        "corner_radius_mm",
     ])?;
     let default = StudyActuator::default();
     let unit_mm = object.or("unit_mm", default.unit_mm, read_unit_mm);
@@ -177,12 +179,16 @@ fn read_actuator(node: &Node<'_>) -> Option<StudyActuator> {
         default.centre_clearance_mm,
         Node::positive,
     );
+    let corner_radius_mm = object.or("corner_radius_mm", default.corner_radius_mm, |n| {
+        read_corner_radius_mm(n, unit_mm)
+    });
     let actuator = StudyActuator {
         unit_mm: unit_mm?,
         units: units?,
         layout: layout?,
         wall_mm: wall_mm?,
         centre_clearance_mm: clearance?,
+        corner_radius_mm: corner_radius_mm?,
     };
     let [w, h] = actuator.unit_mm;
     let room = (w - 2.0 * actuator.wall_mm).min((h - 3.0 * actuator.wall_mm) / 2.0);

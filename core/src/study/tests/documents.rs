@@ -222,6 +222,8 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ("actuator.units=0", "actuator.units"),
         ("actuator.units=31", "actuator.units"),
         ("actuator.unit_mm=[80, -80]", "actuator.unit_mm"),
+        ("actuator.corner_radius_mm=-1", "actuator.corner_radius_mm"),
+        ("actuator.corner_radius_mm=41", "actuator.corner_radius_mm"),
         ("actuator.layout=ring", "actuator.layout"),
         ("actuator.wall_mm=-2", "actuator.wall_mm"),
         ("actuator.wall_mm=27", "actuator.wall_mm"),
