@@ -17,7 +17,11 @@ const LARGEST_STEP: f64 = 0.35;
 /// Smallest size of a step.
 const LEAST_STEP: f64 = 1e-4;
 /// Factorisations of a lead that makes no way.
-const MOST_FACTORISATIONS: usize = 600;
+const MOST_FACTORISATIONS: usize = 200;
+/// Part of the leg that is way.
+const WAY: f64 = 1e-4;
+/// The load of a snap where the area leads no further, as a part of the leg.
+const SHORT_SNAP: f64 = 1e-3;
 /// Steps of one lead.
 const MOST_STEPS: usize = 400;
 /// A limit point is located when its load is known to this share.
@@ -44,7 +48,7 @@ impl Tracker<'_> {
         let begin = self.at.fraction;
         let mut size = FIRST_STEP;
         let mut slope = None;
-        let most = self.work.factorisations + MOST_FACTORISATIONS;
+        let mut most = self.work.factorisations + MOST_FACTORISATIONS;
         for _ in 0..MOST_STEPS {
             observer.enter(Phase::Factorisation);
             let (mut du, compliance) = self.tangent_direction();
@@ -86,11 +90,18 @@ impl Tracker<'_> {
                 self.negative = negative;
                 self.return_to(before, observer);
                 if size < LEAST_STEP || self.work.factorisations > most {
+                    // A few elements, at a corner, may snap without a trace in the area.
+                    if !self.beyond && self.snap(SHORT_SNAP, target, visitor, observer)? {
+                        return Ok(self.at.fraction >= target);
+                    }
                     return Err(self.failed());
                 }
                 continue;
             };
             self.accept(state, solved, observer);
+            if (self.at.fraction - before.fraction).abs() > WAY {
+                most = self.work.factorisations + MOST_FACTORISATIONS;
+            }
             if last {
                 self.settle(&before, &du, solved, observer)?;
                 return Ok(true);

@@ -45,16 +45,20 @@ impl KeptFactor {
     pub fn renew(&mut self, u: &[[f64; 2]], size: f64) {
         self.distance = 0.0;
         self.again = size * self.rate <= SLOWEST;
-        if self.again {
-            self.at.clear();
-            self.at.extend_from_slice(u);
-        }
+        self.at.clear();
+        self.at.extend_from_slice(u);
     }
 
     /// The factor is of no use beyond its own step.
     pub fn forget(&mut self) {
         self.distance = f64::INFINITY;
         self.again = false;
+        self.at.clear();
+    }
+
+    /// The displacements of the factor's tangent; empty where there is none.
+    pub fn into_place(self) -> Vec<[f64; 2]> {
+        self.at
     }
 
     /// Whether a step with the kept factor is to be taken: its size over the last one's is `ratio`, and the logarithm of the

@@ -13,6 +13,9 @@ use super::tracker::Tracker;
 
 /// Failed steps in a row after which the cavity area takes over.
 const MOST_CUTS: usize = 2;
+/// The load of a snap beyond the last state, as a part of the leg, and how many of them may fail.
+const SNAP_STEP: f64 = 0.02;
+const MOST_LONG_SNAPS: usize = 2;
 
 impl Tracker<'_> {
     /// Goes to a fraction of the present leg, in as many steps as it takes.
@@ -31,7 +34,7 @@ impl Tracker<'_> {
                 step = 0.5 * remaining;
             }
             observer.enter(Phase::Factorisation);
-            let (mut du, size) = self.predict(step);
+            let (mut du, size) = self.predict(step, observer);
             self.watch_rate(&du, step, size);
             if size.is_finite() && size > self.settings.predictor_cap {
                 let scale = 0.9 * self.settings.predictor_cap / size;
@@ -41,7 +44,9 @@ impl Tracker<'_> {
             let small = step < self.settings.least_step.min(0.5 * remaining);
             let stuck = cuts > MOST_CUTS || small;
             let by_area = self.settings.control == Control::CavityArea || stuck;
-            if stuck && has_forces && !self.beyond && self.snap(target, visitor, observer)? {
+            let may_snap =
+                stuck && has_forces && !self.beyond && self.failed_snaps < MOST_LONG_SNAPS;
+            if may_snap && self.snap(SNAP_STEP, target, visitor, observer)? {
                 cuts = 0;
                 if self.at.fraction >= target {
                     return Ok(());
@@ -98,8 +103,12 @@ impl Tracker<'_> {
     }
 
     /// Tangent predictor for a step of the present leg: displacement increment and its size.
-    fn predict(&mut self, step: f64) -> (Vec<[f64; 2]>, f64) {
+    fn predict(&mut self, step: f64, observer: &mut dyn Observer) -> (Vec<[f64; 2]>, f64) {
         let (mut du, _) = if let Some(moved) = self.prescribed_change(step) {
+            // Forces of moved supports are those of this state: only its own tangent holds them in balance.
+            if !self.factored_at.is_empty() {
+                self.factorise(observer);
+            }
             (self.predict_moved(step, moved), 0.0)
         } else {
             let (mut du, compliance) = self.tangent_direction();

@@ -15,7 +15,7 @@ use super::kept_factor::KeptFactor;
 use super::leg::Leg;
 use super::observer::{Observer, Phase};
 use super::status::{NotConverged, PathWork};
-use crate::assembly::{Assembled, Load, State, System, Workspace};
+use crate::assembly::{Assembled, DofMap, Load, State, System, Workspace};
 use crate::linear::Solver;
 
 /// Settings of Newton's method and of the load path.
@@ -64,10 +64,11 @@ impl Default for Settings {
     }
 }
 
-/// Below this share of the force scale a residual that no longer falls is round-off.
+/// A residual above this share of the force scale is not looked at for being round-off.
 const ROUND_OFF: f64 = 1e-6;
-/// Iterations without a smaller residual after which one below that share no longer falls.
-const STAGNANT: usize = 3;
+/// A residual that is round-off is less than this many times what one rounding of the displacements makes: residuals stall at
+/// 0.3 to 1.5 times that.
+const ROUND_OFF_FACTOR: f64 = 2.0;
 /// Iterations with a shifted tangent before the indefinite factor is used as it is.
 const SHIFTED_ITERATIONS: usize = 10;
 /// A step is shortened until the smallest J keeps this share of its value.
@@ -78,7 +79,7 @@ const NOTICED: f64 = 0.02;
 /// Steps of a damped motion, the largest size of one, and the least damping as a share of the tangent's mean diagonal.
 const RELAXATIONS: usize = 200;
 const CALM_STEP: f64 = 0.2;
-const LEAST_DAMPING: f64 = 1e-6;
+const LEAST_DAMPING: f64 = 1e-9;
 /// A search for a near equilibrium whose correction is larger than this is lost.
 const LOST_STEP: f64 = 2.0;
 /// How often a step is shortened for J.
@@ -143,6 +144,9 @@ pub(super) struct Newton<'a> {
     pub observer: &'a mut dyn Observer,
     /// The shift with which the next indefinite tangent is tried first.
     pub shift: f64,
+    /// The displacements whose tangent the solver holds the factor of, where they are not those of the state: at the start
+    /// of a solve by which a predictor was found, after it that of the last step. Empty for none.
+    pub factored_at: &'a mut Vec<[f64; 2]>,
 }
 
 impl Newton<'_> {
@@ -174,7 +178,14 @@ impl Newton<'_> {
         let mut bent = false;
         let mut last_size = f64::INFINITY;
         let mut since_best = 0;
+        // Whether the last step was made by the tangent of its own state: with another a residual may fall slowly.
+        let mut fresh = false;
         let mut kept = KeptFactor::none();
+        // A predictor's independent pressures move by the tangent that it was found with.
+        let predicted_at = match held {
+            Held::LoadNearest { .. } => Vec::new(),
+            _ => std::mem::take(self.factored_at),
+        };
         for iteration in 0..=self.settings.max_iterations {
             if self.observer.cancelled() {
                 return Err(NotConverged::Cancelled);
@@ -187,7 +198,10 @@ impl Newton<'_> {
             } else {
                 Some(LEAST_J_KEPT * least_j)
             };
-            let Some(assembled) = self.move_by(state, &mut du, &load, floor, kept.at()) else {
+            let predicted = iteration == 0 && !predicted_at.is_empty();
+            let at = kept.at().or(predicted.then_some(predicted_at.as_slice()));
+            let tangent = kept.at().is_none();
+            let Some(assembled) = self.move_by(state, &mut du, &load, floor, at, tangent) else {
                 return Ok(Converged::No);
             };
             least_j = assembled.least_j;
@@ -205,13 +219,18 @@ impl Newton<'_> {
             };
             let on_area = area.is_none_or(|q| missing.abs() <= 1e-9 * q.abs().max(1e-6));
             if iteration > 0 && on_area && relative <= self.settings.tolerance {
+                *self.factored_at = kept.into_place();
                 return Ok(Converged::Yes(solved));
             }
-            // A factor of elsewhere may be what makes the residual fall slowly.
-            let own = kept.at().is_none();
-            let stalls = relative < ROUND_OFF && relative > 0.5 * last && last < ROUND_OFF;
-            if iteration > 0 && on_area && stalls && own {
+            let stalls = relative < ROUND_OFF && relative > 0.5 * last;
+            if iteration > 0
+                && on_area
+                && stalls
+                && fresh
+                && self.is_round_off(state, &load, assembled.residual)
+            {
                 self.work.stagnated += 1;
+                *self.factored_at = kept.into_place();
                 return Ok(Converged::Yes(solved));
             }
             if relative < 0.9 * best {
@@ -221,16 +240,13 @@ impl Newton<'_> {
                 since_best += 1;
             }
             last = relative;
-            if iteration > 0 && on_area && relative < ROUND_OFF && since_best > STAGNANT {
-                self.work.stagnated += 1;
-                return Ok(Converged::Yes(solved));
-            }
             if iteration == self.settings.max_iterations || since_best > 12 {
                 return Ok(Converged::No);
             }
             self.work.newton_iterations += 1;
             let mut change = 0.0;
             let mut size = f64::INFINITY;
+            fresh = false;
             if let Some(at) = kept.at() {
                 self.observer.enter(Phase::Factorisation);
                 system.freeze(state, at, &mut self.vectors.residual);
@@ -244,6 +260,7 @@ impl Newton<'_> {
                 }
             }
             if size.is_infinite() {
+                fresh = true;
                 self.observer.enter(Phase::Factorisation);
                 let definite = self.factorise(seek_stable, &mut shifted)?;
                 bent |= !definite;
@@ -277,6 +294,32 @@ impl Newton<'_> {
         Ok(Converged::No)
     }
 
+    /// Whether rounding is all that the residual of the workspace is: as much comes of moving every displacement to the next
+    /// number of the machine, up or down. No state at these displacements has a residual that is known better.
+    fn is_round_off(&mut self, state: &State, load: &Load, residual: f64) -> bool {
+        let before = self.vectors.residual.clone();
+        let mut probe = state.clone();
+        for (k, u) in probe.u.iter_mut().flatten().enumerate() {
+            // Signs without a pattern (Weyl's sequence).
+            let up = (k as f64 * 0.618_033_988_749_895).fract() < 0.5;
+            *u = if up { u.next_up() } else { u.next_down() };
+        }
+        self.system
+            .assemble(&mut probe, load, false, false, self.vectors);
+        let after = std::mem::replace(&mut self.vectors.residual, before);
+        let components = self.system.dofs.components();
+        let changes = after
+            .iter()
+            .flatten()
+            .zip(self.vectors.residual.iter().flatten());
+        let largest = components
+            .iter()
+            .zip(changes)
+            .filter(|(unknown, _)| **unknown != DofMap::FIXED)
+            .fold(0.0_f64, |m, (_, (a, b))| m.max((a - b).abs()));
+        residual <= ROUND_OFF_FACTOR * largest
+    }
+
     /// The step -K^-1 R into `du`, with the factor that is there and the residual of the workspace.
     fn direction(&mut self, step: &mut [f64], du: &mut [[f64; 2]]) {
         let dofs = &self.system.dofs;
@@ -287,20 +330,21 @@ impl Newton<'_> {
     }
 
     /// Moves the state by `du`, shortened until the smallest J is above `floor`, and assembles there; without a floor the
-    /// whole step is taken, or none if J vanishes. Where the factor of the displacements `kept` serves, no tangent.
+    /// whole step is taken, or none if J vanishes. The independent pressures move by the tangent at `at`.
     fn move_by(
         &mut self,
         state: &mut State,
         du: &mut [[f64; 2]],
         load: &Load,
         floor: Option<f64>,
-        kept: Option<&[[f64; 2]]>,
+        at: Option<&[[f64; 2]]>,
+        tangent: bool,
     ) -> Option<Assembled> {
         let system = self.system;
         let before = state.u.clone();
         for _ in 0..floor.map_or(1, |_| MOST_SHORTENINGS) {
-            system.advance(state, du, kept);
-            let assembled = system.assemble(state, load, false, kept.is_none(), self.vectors);
+            system.advance(state, du, at);
+            let assembled = system.assemble(state, load, false, tangent, self.vectors);
             if assembled.least_j > floor.unwrap_or(0.0) {
                 return Some(assembled);
             }
@@ -366,7 +410,7 @@ impl Newton<'_> {
             }
             self.observer.enter(Phase::Assembly);
             let floor = Some(LEAST_J_KEPT * least_j);
-            let Some(assembled) = self.move_by(state, &mut du, &load, floor, None) else {
+            let Some(assembled) = self.move_by(state, &mut du, &load, floor, None, true) else {
                 return Ok(Converged::No);
             };
             least_j = assembled.least_j;
@@ -374,7 +418,8 @@ impl Newton<'_> {
             if !relative.is_finite() {
                 return Ok(Converged::No);
             }
-            let stagnant = relative < ROUND_OFF && damping == 0.0 && relative > 0.5 * last;
+            let stalls = relative < ROUND_OFF && damping == 0.0 && relative > 0.5 * last;
+            let stagnant = stalls && self.is_round_off(state, &load, assembled.residual);
             last = relative;
             self.work.stagnated += usize::from(stagnant && relative > self.settings.tolerance);
             if iteration > 0 && (relative <= self.settings.tolerance || stagnant) {
@@ -417,7 +462,13 @@ impl Newton<'_> {
                     }
                     break;
                 }
-                damping = (4.0 * damping).max(LEAST_DAMPING * mean);
+                // A soft mode moves as 1 / damping.
+                let growth = if size.is_finite() {
+                    (size / CALM_STEP).clamp(2.0, 30.0)
+                } else {
+                    4.0
+                };
+                damping = (growth * damping).max(LEAST_DAMPING * mean);
                 if damping > mean {
                     return Ok(Converged::No);
                 }

@@ -37,6 +37,8 @@ pub(super) struct Tracker<'a> {
     pub at: Place,
     /// Negative pivots of its tangent, whose factor is in `solver`.
     pub negative: usize,
+    /// The displacements of the tangent whose factor is in `solver`, where they are not those of the accepted state.
+    pub factored_at: Vec<[f64; 2]>,
     /// Whether the factor must be that of the accepted state itself.
     pub exact_factors: bool,
     /// Step as a fraction of a leg that the last solves suggest.
@@ -98,6 +100,7 @@ impl<'a> Tracker<'a> {
             work: PathWork::default(),
             negative: 0,
             exact_factors: false,
+            factored_at: Vec::new(),
             suggested: 1.0,
             history: [(0.0, 1.0); 2],
             loss: None,
@@ -151,6 +154,7 @@ impl<'a> Tracker<'a> {
             vectors: &mut self.vectors,
             observer,
             shift: 0.0,
+            factored_at: &mut self.factored_at,
         }
     }
 
@@ -182,6 +186,7 @@ impl<'a> Tracker<'a> {
     /// Factorises the tangent of the accepted state and counts its negative pivots.
     pub fn factorise(&mut self, observer: &mut dyn Observer) {
         observer.enter(Phase::Assembly);
+        self.factored_at.clear();
         let load = self.leg.load(self.at.fraction);
         self.system
             .assemble(&mut self.at.state, &load, true, true, &mut self.vectors);

@@ -28,10 +28,8 @@ const DIFFERENT: f64 = 1e-3;
 /// The path bends where its rate grows by this factor within this part of a leg.
 const RATE_GROWTH: f64 = 1.6;
 const WINDOW: f64 = 0.12;
-/// The load of a snap beyond the last state, as a part of the leg.
-const SNAP_STEP: f64 = 0.02;
 /// Damped motions of one path that come to no rest.
-const MOST_FAILED_SNAPS: usize = 2;
+const MOST_FAILED_SNAPS: usize = 4;
 /// A snap that stretches the solid by more than this factor is none: the body balloons.
 const MOST_GROWTH_OF_STRETCH: f64 = 1.5;
 
@@ -125,18 +123,20 @@ impl Tracker<'_> {
         }
     }
 
-    /// Lets the body snap: from the accepted state, a damped motion at a slightly larger load.
+    /// Lets the body snap: from the accepted state, a damped motion at a load that is larger by a part of the leg.
     pub fn snap(
         &mut self,
+        step: f64,
         target: f64,
         visitor: &mut dyn StateVisitor,
         observer: &mut dyn Observer,
     ) -> Result<bool, PathEnd> {
-        if self.failed_snaps >= MOST_FAILED_SNAPS {
+        // A damped motion moves no supports.
+        if self.failed_snaps >= MOST_FAILED_SNAPS || self.leg.moves_supports(self.system) {
             return Ok(false);
         }
         let before = self.at.clone();
-        let fraction = (before.fraction + SNAP_STEP).min(target);
+        let fraction = (before.fraction + step).min(target);
         let stretch_before = visitor.stretch(self.system, &before.state);
         let mut state = before.state.clone();
         if let Some(solved) = self.relax(&mut state, before.least_j, None, fraction, observer)? {
@@ -147,7 +147,7 @@ impl Tracker<'_> {
                 if self.loss.is_none() {
                     self.note_loss(0.5 * (before.fraction + fraction), 0);
                 }
-                self.suggested = SNAP_STEP;
+                self.suggested = step;
                 return Ok(true);
             }
         }

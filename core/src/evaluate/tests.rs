@@ -112,15 +112,15 @@ fn gradients_of_objective_and_limits_match_differences() {
 fn work_of_named_scenes_is_as_pinned() {
     let pinned = [
         ("void-1x1", SceneStatus::Ok, [80, 41]),
-        ("chambers-40x15", SceneStatus::Ok, [198, 45]),
-        ("chambers-20x35", SceneStatus::Ok, [231, 112]),
-        ("chambers-60x25", SceneStatus::Ok, [250, 121]),
-        ("slanted", SceneStatus::Ok, [229, 101]),
-        ("bellows-40x37", SceneStatus::Ok, [235, 130]),
-        ("bellows-50x37", SceneStatus::Ok, [295, 192]),
-        ("trapezia-wide-inside", SceneStatus::Ok, [339, 271]),
-        ("buckling-64x22", SceneStatus::Ok, [389, 234]),
-        ("thin-76x37", SceneStatus::NoEquilibrium, [428, 429]),
+        ("chambers-40x15", SceneStatus::Ok, [123, 41]),
+        ("chambers-20x35", SceneStatus::Ok, [182, 41]),
+        ("chambers-60x25", SceneStatus::Ok, [206, 46]),
+        ("slanted", SceneStatus::Ok, [202, 44]),
+        ("bellows-40x37", SceneStatus::Ok, [235, 106]),
+        ("bellows-50x37", SceneStatus::Ok, [291, 176]),
+        ("trapezia-wide-inside", SceneStatus::Ok, [318, 234]),
+        ("buckling-64x22", SceneStatus::Ok, [374, 189]),
+        ("thin-76x37", SceneStatus::NoEquilibrium, [390, 353]),
     ];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
     let mut wrong = Vec::new();
@@ -142,4 +142,31 @@ fn work_of_named_scenes_is_as_pinned() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("; "));
+}
+
+/// A tolerance that no residual reaches: paths end where rounding the displacements explains what is left.
+#[test]
+fn a_residual_that_is_round_off_is_accepted_and_counted() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
+    let text = std::fs::read_to_string(folder.join("chambers-40x15.json")).expect("a scene");
+    let solved = |tolerance: f64| {
+        let mut document: Value = serde_json::from_str(&text).expect("JSON");
+        document["relative_residual_force_tolerance"] = json!(tolerance);
+        document["mesh"] = json!({"element": "quad9", "max_size_mm": 10});
+        document["material"] =
+            json!({"model": "neo_hookean", "c10_mpa": 0.11, "bulk_over_shear": 1e6});
+        document["actuation"]["load_steps_per_leg"] = json!(1);
+        let scene = read_scene(&document, &folder).unwrap_or_else(|faults| panic!("{faults}"));
+        solve_scene(&scene, &SceneOptions::default(), &mut Unobserved)
+            .unwrap_or_else(|faults| panic!("{faults}"))
+            .answer
+    };
+    let (loose, strict) = (solved(1e-8), solved(1e-12));
+    assert_eq!(strict.status, SceneStatus::Ok, "{:?}", strict.reason);
+    assert_eq!(loose.work.path.stagnated, 0);
+    assert!(strict.work.path.stagnated > 0);
+    assert!(strict.path.iter().all(|s| s.residual < 1e-7));
+    let (a, b) = (loose.enclosed_area_mm2, strict.enclosed_area_mm2);
+    let (a, b) = (a.expect("an area"), b.expect("an area"));
+    assert!((a - b).abs() < 1e-7 * b.abs(), "{a} {b}");
 }
