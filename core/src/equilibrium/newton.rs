@@ -66,8 +66,8 @@ impl Default for Settings {
 
 /// A residual above this share of the force scale is not looked at for being round-off.
 const ROUND_OFF: f64 = 1e-6;
-/// A residual that is round-off is less than this many times what one rounding of the displacements makes: residuals stall at
-/// 0.3 to 1.5 times that.
+/// A residual that is round-off is less than this many times what one rounding of the displacements makes: nearly all residuals
+/// stall below that.
 const ROUND_OFF_FACTOR: f64 = 2.0;
 /// Iterations with a shifted tangent before the indefinite factor is used as it is.
 const SHIFTED_ITERATIONS: usize = 10;
