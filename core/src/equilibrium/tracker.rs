@@ -59,6 +59,8 @@ pub(super) struct Tracker<'a> {
     pub failed_snaps: usize,
     /// Searches for a second equilibrium so far.
     pub searches: usize,
+    /// Those of them by a damped motion.
+    pub damped_searches: usize,
 }
 
 impl<'a> Tracker<'a> {
@@ -110,6 +112,7 @@ impl<'a> Tracker<'a> {
             lost_margin: None,
             failed_snaps: 0,
             searches: 0,
+            damped_searches: 0,
         }
     }
 

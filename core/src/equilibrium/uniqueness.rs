@@ -5,8 +5,9 @@
 //! fails, to the other, and a damped motion settles on a stable state: that branch is followed. *A bend*: the path's rate grows
 //! fast, or Newton's corrections grow: the branch passes a bifurcation that an imperfection (the mesh's own, or the shape's)
 //! has broken. From there on, on the other side of the path's straight continuation, the nearest equilibrium is sought
-//! without regard to its stability; if there is one the load does not determine the shape, although the path followed is
-//! stable. *A snap*: no state near, but a damped motion from the last one comes to rest at a slightly larger load.
+//! without regard to its stability; at the end of the leg once more and, where the rate has grown much, by a damped motion too,
+//! which costs more. If either ends elsewhere the load does not determine the shape, although the path followed is stable. A rate that
+//! falls is no bend: a slack body stiffens as it is inflated, and its corrections may grow at first. *A snap*: no state near, but a damped motion from the last one comes to rest at a slightly larger load.
 
 use super::load_path::StateVisitor;
 use super::newton::{Control, Held, Solved};
@@ -19,8 +20,9 @@ const PUSHES: [f64; 2] = [0.05, -0.05];
 /// Vectors and iterations of the search for the lowest mode.
 const VECTORS: usize = 4;
 const MODE_ITERATIONS: usize = 10;
-/// Searches for a second equilibrium on one path.
-const MOST_SEARCHES: usize = 4;
+/// Searches for a second equilibrium on one path, and those by a damped motion.
+const MOST_SEARCHES: usize = 8;
+const MOST_DAMPED_SEARCHES: usize = 1;
 /// A loss of uniqueness is located to this share of the leg's largest load.
 const LOCATED: f64 = 0.01;
 /// Two equilibria differ by more than this size.
@@ -41,6 +43,10 @@ pub(super) struct Bend {
     rate: f64,
     /// Fraction at which the bend was noticed.
     noticed: Option<f64>,
+    /// Whether the rate has grown by [`RATE_GROWTH`].
+    sharp: bool,
+    /// Whether a second equilibrium was sought where it was noticed.
+    sought: bool,
 }
 
 impl Bend {
@@ -52,6 +58,8 @@ impl Bend {
             direction: du.iter().map(scaled).collect(),
             rate,
             noticed: None,
+            sharp: false,
+            sought: false,
         }
     }
 }
@@ -81,13 +89,23 @@ impl Tracker<'_> {
         }
         if solved.bent && self.bend.is_none() {
             let step = self.at.fraction - before.fraction;
-            self.bend = Some(Bend::new(self.leg.index, before.clone(), du, step, 0.0));
+            let rate = self.system.gradient_size(du) / step;
+            let after = self.system.gradient_size(&self.tangent_direction().0);
+            if after >= rate {
+                let mut bend = Bend::new(self.leg.index, before.clone(), du, step, rate);
+                bend.sharp = after > RATE_GROWTH * rate;
+                self.bend = Some(bend);
+            }
         }
-        if let Some(mut bend) = self.bend.take_if(|b| b.leg == self.leg.index) {
-            bend.noticed.get_or_insert(self.at.fraction);
+        // Where the bend is noticed, and at the end of the leg.
+        let here = self.at.fraction;
+        let due = |b: &mut Bend| b.leg == self.leg.index && (!b.sought || here >= 1.0);
+        if let Some(mut bend) = self.bend.take_if(due) {
+            bend.noticed.get_or_insert(here);
+            bend.sought = true;
             self.searches += 1;
             self.search_second(&bend, observer)?;
-            self.bend = Some(bend);
+            self.bend = (here < 1.0).then_some(bend);
         }
         Ok(())
     }
@@ -113,6 +131,7 @@ impl Tracker<'_> {
         {
             let mut bend = self.trail.remove(0);
             bend.noticed = Some(here);
+            bend.sharp = true;
             self.bend = Some(bend);
             self.trail.clear();
             return;
@@ -295,7 +314,14 @@ impl Tracker<'_> {
             fraction: stable.fraction,
         };
         let step = stable.fraction - bend.from.fraction;
-        for reflection in [1.0, 0.0] {
+        for (reflection, damped) in [(1.0, false), (0.0, false), (1.0, true)] {
+            if damped {
+                let due = bend.sharp && stable.fraction >= 1.0;
+                if !due || self.damped_searches >= MOST_DAMPED_SEARCHES {
+                    break;
+                }
+                self.damped_searches += 1;
+            }
             // u + d step, reflected in the stable state: 2 (u + d step) - u_stable.
             let guess = |((u, d), s): ((&[f64; 2], &[f64; 2]), &[f64; 2])| {
                 std::array::from_fn(|i| {
@@ -311,7 +337,12 @@ impl Tracker<'_> {
                 .map(guess)
                 .collect();
             let mut state = bend.from.state.clone();
-            let found = self.solve(&mut state, bend.from.least_j, &du, held, observer)?;
+            let (least_j, fraction) = (bend.from.least_j, stable.fraction);
+            let found = if damped {
+                self.relax(&mut state, least_j, Some(&du), fraction, observer)?
+            } else {
+                self.solve(&mut state, least_j, &du, held, observer)?
+            };
             let Some(solved) = found else { continue };
             let apart = difference(&state.u, &stable.state.u, 1.0);
             if self.system.gradient_size(&apart) > DIFFERENT {

@@ -116,11 +116,11 @@ fn work_of_named_scenes_is_as_pinned() {
         ("chambers-20x35", SceneStatus::Ok, [182, 41]),
         ("chambers-60x25", SceneStatus::Ok, [206, 46]),
         ("slanted", SceneStatus::Ok, [202, 44]),
-        ("bellows-40x37", SceneStatus::Ok, [235, 106]),
-        ("bellows-50x37", SceneStatus::Ok, [291, 176]),
-        ("trapezia-wide-inside", SceneStatus::Ok, [318, 234]),
-        ("buckling-64x22", SceneStatus::Ok, [374, 189]),
-        ("thin-76x37", SceneStatus::NoEquilibrium, [390, 353]),
+        ("bellows-40x37", SceneStatus::Ok, [265, 155]),
+        ("bellows-50x37", SceneStatus::Ok, [366, 267]),
+        ("trapezia-wide-inside", SceneStatus::Ok, [333, 276]),
+        ("buckling-64x22", SceneStatus::Ok, [397, 223]),
+        ("thin-76x37", SceneStatus::NoEquilibrium, [374, 331]),
     ];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
     let mut wrong = Vec::new();
@@ -142,6 +142,28 @@ fn work_of_named_scenes_is_as_pinned() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("; "));
+}
+
+/// The load steps do not decide whether the loss of uniqueness is met: 13.2 to 13.3 kPa by negative pivots where steps are long.
+#[test]
+fn buckling_is_met_whatever_the_load_steps() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
+    let text = std::fs::read_to_string(folder.join("buckling-64x22.json")).expect("a scene");
+    for steps in [2, 4, 7, 10] {
+        let mut document: Value = serde_json::from_str(&text).expect("JSON");
+        document["actuation"]["load_steps_per_leg"] = json!(steps);
+        let scene = read_scene(&document, &folder).unwrap_or_else(|faults| panic!("{faults}"));
+        let answer = solve_scene(&scene, &SceneOptions::default(), &mut Unobserved)
+            .unwrap_or_else(|faults| panic!("{faults}"))
+            .answer;
+        assert!(!answer.unique, "{steps} steps a leg");
+        let loss = answer.loss_of_uniqueness.expect("where it was lost");
+        let pressure = loss.pressure_kpa[0];
+        assert!(
+            loss.leg == 0 && (11.0..14.0).contains(&pressure),
+            "{steps} steps a leg: {pressure} kPa"
+        );
+    }
 }
 
 /// A tolerance that no residual reaches: paths end where rounding the displacements explains what is left.
