@@ -151,7 +151,7 @@ pub fn solve_scene(
     let node_gradient = (options.gradient && analysis.end == PathEnd::Complete)
         .then(|| goal_gradient(goal.as_ref()?, &analysis))
         .flatten();
-    let answer = answer(scene, &analysis, &laws, goal.as_ref(), scaled);
+    let answer = answer(scene, options, &analysis, &laws, goal.as_ref(), scaled);
     Ok(SceneSolution {
         answer,
         node_gradient,
@@ -246,6 +246,7 @@ fn unmeshable(scene: &Scene, reason: &str) -> SceneSolution {
 
 fn answer(
     scene: &Scene,
+    options: &SceneOptions,
     analysis: &Analysis,
     laws: &[MaterialLaw],
     goal: Option<&Goal<PlacedProbe>>,
@@ -286,7 +287,7 @@ fn answer(
             path: analysis.work,
             contact_steps: 0,
         },
-        left_out: left_out(scene, analysis, laws),
+        left_out: left_out(scene, options, analysis, laws),
         notes: notes::of_ranges(&scene.body, laws, &analysis.states)
             .into_iter()
             .chain(notes::of_corners(&scene.body))
@@ -335,7 +336,12 @@ fn mesh_answer(analysis: &Analysis, scaled_jacobian: Option<f64>) -> MeshAnswer 
     }
 }
 
-fn left_out(scene: &Scene, analysis: &Analysis, laws: &[MaterialLaw]) -> Vec<LeftOut> {
+fn left_out(
+    scene: &Scene,
+    options: &SceneOptions,
+    analysis: &Analysis,
+    laws: &[MaterialLaw],
+) -> Vec<LeftOut> {
     let mut out = Vec::new();
     let mut add = |what: &str, why: String| {
         out.push(LeftOut {
@@ -382,6 +388,18 @@ fn left_out(scene: &Scene, analysis: &Analysis, laws: &[MaterialLaw]) -> Vec<Lef
     }
     if scene.objective.is_none() {
         add("objective", "the scene names none".to_owned());
+    }
+    if !options.gradient {
+        let why = "no gradient is asked for";
+        add("derivatives and the factors they need", why.to_owned());
+    }
+    if !options.fields {
+        let why = "no file and no picture is asked for";
+        add("displacement fields", why.to_owned());
+    }
+    if options.path_only {
+        let why = "only the path is asked for";
+        add("stretches, gaps and crossings of walls", why.to_owned());
     }
     out
 }

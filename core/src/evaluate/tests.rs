@@ -1,4 +1,5 @@
 mod accuracy;
+mod ask;
 mod direct;
 mod margin;
 mod measures;
@@ -8,10 +9,11 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::{SceneOptions, SceneStatus, evaluate, solve_scene};
+use self::ask::Asked;
+use super::{SceneAnswer, SceneOptions, SceneStatus, solve_scene};
 use crate::equilibrium::Unobserved;
-use crate::scene::read_scene;
-use crate::study::{EvaluationRequest, Outcome, OutcomeStatus, Study, read_study};
+use crate::scene::{Orientation, read_scene};
+use crate::study::{Study, read_study};
 
 /// One unit under a strong pressure; the upper chamber is low enough for its walls to come near.
 fn study(document: &Value) -> Study {
@@ -48,62 +50,55 @@ const DESIGN: [f64; 16] = [
     22.0, 41.5, 64.0, 43.0, 59.0, 60.5, 38.0, 63.0,
 ];
 
-fn at(study: &Study, x: &[f64], want_gradient: bool) -> Outcome {
-    let request: EvaluationRequest = serde_json::from_value(json!({
-        "step": 0,
-        "kind": "trial",
-        "iteration": 0,
-        "plan_base": DESIGN,
-        "x": x,
-        "want_gradient": want_gradient,
-        "orientation": "clockwise",
-    }))
-    .expect("a request");
-    let outcome = evaluate(study, &request, &mut Unobserved);
-    assert_eq!(outcome.status, OutcomeStatus::Ok);
-    outcome
-}
-
 #[test]
 fn gradients_of_objective_and_limits_match_differences() {
     let study = study(&document());
-    let outcome = at(&study, &DESIGN, true);
-    let rows = outcome.constraint_gradients.expect("rows");
-    let gaps = &outcome.constraints[outcome.constraints.len() - 2..];
+    let asked = Asked {
+        study: &study,
+        base: &DESIGN,
+        orientation: Some(Orientation::Clockwise),
+    };
+    let constraints = asked.at(&DESIGN, false).constraints;
+    let gaps = &constraints[constraints.len() - 2..];
     assert!(
         gaps.iter().any(|g| *g > -1.0),
         "a gap that matters: {gaps:?}"
     );
-    // Three directions that move every corner.
-    for k in 0..3 {
-        let direction: Vec<f64> = (0..16)
-            .map(|i| (1.3 * f64::from(i) * f64::from(k + 1) + f64::from(k)).sin())
-            .collect();
-        let h = 1e-4;
-        let shifted = |s: f64| {
-            let x: Vec<f64> = DESIGN
-                .iter()
-                .zip(&direction)
-                .map(|(x, d)| x + s * d)
-                .collect();
-            let outcome = at(&study, &x, false);
-            let mut values = outcome.constraints;
-            values.push(outcome.objective.expect("an objective"));
-            values
-        };
-        let (a, b, c, d) = (shifted(-2.0 * h), shifted(-h), shifted(h), shifted(2.0 * h));
-        let gradient = outcome.gradient.as_ref().expect("a gradient");
-        for (i, row) in rows.iter().chain([gradient]).enumerate() {
-            // Fourth order, so that truncation stays below the bound.
-            let difference = (a[i] - 8.0 * b[i] + 8.0 * c[i] - d[i]) / (12.0 * h);
-            let exact: f64 = row.iter().zip(&direction).map(|(g, d)| g * d).sum();
-            let size: f64 = row.iter().map(|g| g.abs()).sum();
-            assert!(
-                (difference - exact).abs() <= 1e-7 * size.max(1e-6),
-                "row {i}, direction {k}: {difference} against {exact}"
-            );
-        }
-    }
+    asked.check_gradients(&DESIGN, 3, 1e-4, 1e-7);
+}
+
+/// A scene of the examples.
+fn named_scene(name: &str) -> Value {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
+    let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).expect("a scene");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+fn solved(document: &Value, options: &SceneOptions) -> SceneAnswer {
+    let scene = read_scene(document, Path::new("")).unwrap_or_else(|faults| panic!("{faults}"));
+    let solution = solve_scene(&scene, options, &mut Unobserved);
+    solution.unwrap_or_else(|faults| panic!("{faults}")).answer
+}
+
+#[test]
+fn what_is_not_needed_is_listed() {
+    let mut document = named_scene("chambers-40x15");
+    document["mesh"] = json!({"max_size_mm": 10});
+    document["actuation"] = json!({"schedule": [[0, 0], [5, 0]], "load_steps_per_leg": 1});
+    let listed = |options: &SceneOptions| -> Vec<String> {
+        let answer = solved(&document, options);
+        answer.left_out.into_iter().map(|l| l.what).collect()
+    };
+    let always = ["self-contact", "load of channel 1", "materials by unit"];
+    let lean = listed(&SceneOptions::default());
+    assert_eq!(lean[..3], always);
+    assert_eq!(lean.len(), 5, "{lean:?}");
+    let full = SceneOptions {
+        gradient: true,
+        fields: true,
+        ..SceneOptions::default()
+    };
+    assert_eq!(listed(&full), always);
 }
 
 /// Newton iterations and factorisations of named scenes, as last seen. A change of more than 5 % is worth a look: for the
@@ -122,15 +117,9 @@ fn work_of_named_scenes_is_as_pinned() {
         ("buckling-64x22", SceneStatus::Ok, [397, 223]),
         ("thin-76x37", SceneStatus::NoEquilibrium, [374, 331]),
     ];
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
     let mut wrong = Vec::new();
     for (name, status, counts) in pinned {
-        let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).expect("a scene");
-        let document = serde_json::from_str(&text).expect("JSON");
-        let scene = read_scene(&document, &folder).unwrap_or_else(|faults| panic!("{faults}"));
-        let answer = solve_scene(&scene, &SceneOptions::default(), &mut Unobserved)
-            .unwrap_or_else(|faults| panic!("{faults}"))
-            .answer;
+        let answer = solved(&named_scene(name), &SceneOptions::default());
         let work = &answer.work.path;
         let found = [work.newton_iterations, work.factorisations];
         let near = |(a, b): (&usize, &usize)| a.abs_diff(*b) as f64 <= 0.05 * *b as f64;
@@ -169,21 +158,16 @@ fn buckling_is_met_whatever_the_load_steps() {
 /// A tolerance that no residual reaches: paths end where rounding the displacements explains what is left.
 #[test]
 fn a_residual_that_is_round_off_is_accepted_and_counted() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
-    let text = std::fs::read_to_string(folder.join("chambers-40x15.json")).expect("a scene");
-    let solved = |tolerance: f64| {
-        let mut document: Value = serde_json::from_str(&text).expect("JSON");
+    let solved_to = |tolerance: f64| {
+        let mut document = named_scene("chambers-40x15");
         document["relative_residual_force_tolerance"] = json!(tolerance);
         document["mesh"] = json!({"element": "quad9", "max_size_mm": 10});
         document["material"] =
             json!({"model": "neo_hookean", "c10_mpa": 0.11, "bulk_over_shear": 1e6});
         document["actuation"]["load_steps_per_leg"] = json!(1);
-        let scene = read_scene(&document, &folder).unwrap_or_else(|faults| panic!("{faults}"));
-        solve_scene(&scene, &SceneOptions::default(), &mut Unobserved)
-            .unwrap_or_else(|faults| panic!("{faults}"))
-            .answer
+        solved(&document, &SceneOptions::default())
     };
-    let (loose, strict) = (solved(1e-8), solved(1e-12));
+    let (loose, strict) = (solved_to(1e-8), solved_to(1e-12));
     assert_eq!(strict.status, SceneStatus::Ok, "{:?}", strict.reason);
     assert_eq!(loose.work.path.stagnated, 0);
     assert!(strict.work.path.stagnated > 0);

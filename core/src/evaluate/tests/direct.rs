@@ -2,9 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::super::evaluate;
-use crate::equilibrium::Unobserved;
-use crate::study::{EvaluationRequest, Outcome, OutcomeStatus, Study, read_study};
+use super::ask::Asked;
+use crate::scene::Orientation;
+use crate::study::{Outcome, Study, read_study};
 
 /// A slanted lower chamber above whose thin wall a non-convex upper one is squeezed.
 const DESIGN: [f64; 16] = [
@@ -35,20 +35,12 @@ fn study(kind: &str, units: usize, max_size_mm: f64) -> Study {
     read_study(&document, true).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-fn at(study: &Study, base: &[f64], x: &[f64], want_gradient: bool) -> Outcome {
-    let request: EvaluationRequest = serde_json::from_value(json!({
-        "step": 0,
-        "kind": "trial",
-        "iteration": 0,
-        "plan_base": base,
-        "x": x,
-        "want_gradient": want_gradient,
-        "orientation": "clockwise",
-    }))
-    .expect("a request");
-    let outcome = evaluate(study, &request, &mut Unobserved);
-    assert_eq!(outcome.status, OutcomeStatus::Ok, "{:?}", outcome.report);
-    study.checked(&request, &outcome).expect("a step")
+fn asked<'a>(study: &'a Study, base: &'a [f64]) -> Asked<'a> {
+    Asked {
+        study,
+        base,
+        orientation: Some(Orientation::Clockwise),
+    }
 }
 
 /// Units that differ: each corner moved by up to a millimetre inwards.
@@ -66,33 +58,7 @@ fn unequal(units: usize) -> Vec<f64> {
 fn gradients_of_free_units_match_differences() {
     let study = study("fe_direct", 2, 8.0);
     let x = unequal(2);
-    let outcome = at(&study, &x, &x, true);
-    let gradient = outcome.gradient.expect("a gradient");
-    let rows = outcome.constraint_gradients.expect("rows");
-    assert_eq!(gradient.len(), 32);
-    for k in 0..2 {
-        let direction: Vec<f64> = (0..32)
-            .map(|i| (1.3 * f64::from(i) * f64::from(k + 1) + f64::from(k)).sin())
-            .collect();
-        let h = 1e-3;
-        let shifted = |s: f64| {
-            let moved = x.iter().zip(&direction).map(|(x, d)| x + s * d);
-            let outcome = at(&study, &x, &moved.collect::<Vec<_>>(), false);
-            let mut values = outcome.constraints;
-            values.push(outcome.objective.expect("an objective"));
-            values
-        };
-        let (a, b, c, d) = (shifted(-2.0 * h), shifted(-h), shifted(h), shifted(2.0 * h));
-        for (i, row) in rows.iter().chain([&gradient]).enumerate() {
-            let difference = (a[i] - 8.0 * b[i] + 8.0 * c[i] - d[i]) / (12.0 * h);
-            let exact: f64 = row.iter().zip(&direction).map(|(g, d)| g * d).sum();
-            let size: f64 = row.iter().map(|g| g.abs()).sum();
-            assert!(
-                (difference - exact).abs() <= 1e-6 * size.max(1e-6),
-                "row {i}, direction {k}: {difference} against {exact}"
-            );
-        }
-    }
+    asked(&study, &x).check_gradients(&x, 2, 1e-3, 1e-6);
 }
 
 /// The meshes differ only where the outermost units meet the ends: copies have tied faces, free units have not.
@@ -100,8 +66,8 @@ fn gradients_of_free_units_match_differences() {
 fn equal_free_units_sum_to_the_repeated_unit() {
     let (direct, cascade) = (study("fe_direct", 3, 5.0), study("fe_cascade", 3, 5.0));
     let all = DESIGN.repeat(3);
-    let free = at(&direct, &all, &all, true);
-    let copies = at(&cascade, &DESIGN, &DESIGN, true);
+    let free = asked(&direct, &all).at(&all, true);
+    let copies = asked(&cascade, &DESIGN).at(&DESIGN, true);
     let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= 0.02 * scale;
     let (a, b) = (free.objective.unwrap(), copies.objective.unwrap());
     assert!(near(a, b, b.abs()), "{a} {b}");

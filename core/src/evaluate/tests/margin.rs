@@ -2,9 +2,8 @@
 
 use serde_json::json;
 
-use super::evaluate;
-use crate::equilibrium::Unobserved;
-use crate::study::{EvaluationRequest, Outcome, OutcomeStatus, Study, read_study};
+use super::ask::{Asked, difference, direction, dot, size};
+use crate::study::{Study, read_study};
 
 const DESIGN: [f64; 16] = [
     12., 6., 68., 5., 66., 36., 14., 37., 16., 44., 62., 45., 64., 72., 18., 70.,
@@ -34,27 +33,15 @@ fn study() -> Study {
     read_study(&document, false).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// With derivatives, since the limit point is found to the solver's tolerance only for them.
-fn at(study: &Study, x: &[f64]) -> Outcome {
-    let request: EvaluationRequest = serde_json::from_value(json!({
-        "step": 0,
-        "kind": "trial",
-        "iteration": 0,
-        "plan_base": DESIGN,
-        "x": x,
-        "want_gradient": true,
-        "orientation": null,
-    }))
-    .expect("a request");
-    let outcome = evaluate(study, &request, &mut Unobserved);
-    assert_eq!(outcome.status, OutcomeStatus::Ok);
-    outcome
-}
-
 #[test]
 fn what_is_missing_of_a_margin_has_the_derivative_of_the_limit_load() {
     let study = study();
-    let outcome = at(&study, &DESIGN);
+    let asked = Asked {
+        study: &study,
+        base: &DESIGN,
+        orientation: None,
+    };
+    let outcome = asked.at(&DESIGN, true);
     let report = outcome.report.as_ref().expect("a report");
     let reached = report.margin_reached.expect("a limit before the margin");
     assert!(reached > 1.05 && reached < MARGIN - 0.1, "{reached}");
@@ -65,22 +52,13 @@ fn what_is_missing_of_a_margin_has_the_derivative_of_the_limit_load() {
         .as_ref()
         .and_then(|rows| rows.last())
         .expect("its derivative");
-    let direction: Vec<f64> = (0..16).map(|i| (1.3 * f64::from(i) + 0.4).sin()).collect();
-    let h = 1e-2;
-    let shifted = |s: f64| {
-        let x: Vec<f64> = DESIGN
-            .iter()
-            .zip(&direction)
-            .map(|(x, d)| x + s * d)
-            .collect();
-        *at(&study, &x).constraints.last().expect("a row")
-    };
-    let (a, b, c, d) = (shifted(-2.0 * h), shifted(-h), shifted(h), shifted(2.0 * h));
-    let difference = (a - 8.0 * b + 8.0 * c - d) / (12.0 * h);
-    let exact: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
-    let size: f64 = gradient.iter().map(|g| g.abs()).sum();
+    let along = direction(16, 0.0);
+    // With derivatives, since the limit point is found to the solver's tolerance only for them.
+    let differences = difference(&DESIGN, &along, 1e-2, |x| asked.at(x, true).constraints);
+    let (difference, exact) = (*differences.last().expect("a row"), dot(gradient, &along));
     assert!(
-        (difference - exact).abs() <= 1e-6 * size,
-        "{difference} against {exact}, of {size}"
+        (difference - exact).abs() <= 1e-6 * size(gradient),
+        "{difference} against {exact}, of {}",
+        size(gradient)
     );
 }

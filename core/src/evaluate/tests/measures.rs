@@ -2,9 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::super::evaluate;
-use crate::equilibrium::Unobserved;
-use crate::study::{EvaluationRequest, Outcome, OutcomeStatus, Study, read_study};
+use super::ask::Asked;
+use crate::study::{Study, read_study};
 
 /// A slanted lower chamber, a non-convex upper one.
 const DESIGN: [f64; 16] = [
@@ -48,56 +47,22 @@ fn study_at(max_size_mm: f64, target: &Value, bounds: &Value, schedule: &Value) 
     study
 }
 
-fn at(study: &Study, base: &[f64], x: &[f64], want_gradient: bool) -> Outcome {
-    let request: EvaluationRequest = serde_json::from_value(json!({
-        "step": 0,
-        "kind": "trial",
-        "iteration": 0,
-        "plan_base": base,
-        "x": x,
-        "want_gradient": want_gradient,
-        "orientation": null,
-    }))
-    .expect("a request");
-    let outcome = evaluate(study, &request, &mut Unobserved);
-    assert_eq!(outcome.status, OutcomeStatus::Ok);
-    study.checked(&request, &outcome).expect("a step")
+fn asked<'a>(study: &'a Study, base: &'a [f64]) -> Asked<'a> {
+    Asked {
+        study,
+        base,
+        orientation: None,
+    }
 }
 
 /// Values of the target's measure and of the bounds'.
 fn measures(study: &Study, x: &[f64]) -> Vec<f64> {
-    at(study, x, x, false).report.expect("a report").measures
+    let outcome = asked(study, x).at(x, false);
+    outcome.report.expect("a report").measures
 }
 
-/// Holds the gradients of all rows and of the objective against differences of fourth order along some directions.
 fn check(study: &Study, directions: u8) {
-    let outcome = at(study, &DESIGN, &DESIGN, true);
-    let gradient = outcome.gradient.expect("a gradient");
-    let rows = outcome.constraint_gradients.expect("rows");
-    for k in 0..directions {
-        let direction: Vec<f64> = (0..16)
-            .map(|i| (1.3 * f64::from(i) * f64::from(k + 1) + f64::from(k)).sin())
-            .collect();
-        let h = 1e-3;
-        let shifted = |s: f64| {
-            let moved = DESIGN.iter().zip(&direction).map(|(x, d)| x + s * d);
-            let outcome = at(study, &DESIGN, &moved.collect::<Vec<_>>(), false);
-            let mut values = outcome.constraints;
-            values.push(outcome.objective.expect("an objective"));
-            values
-        };
-        let (a, b, c, d) = (shifted(-2.0 * h), shifted(-h), shifted(h), shifted(2.0 * h));
-        for (i, row) in rows.iter().chain([&gradient]).enumerate() {
-            let difference = (a[i] - 8.0 * b[i] + 8.0 * c[i] - d[i]) / (12.0 * h);
-            let exact: f64 = row.iter().zip(&direction).map(|(g, d)| g * d).sum();
-            let size: f64 = row.iter().map(|g| g.abs()).sum();
-            assert!(size > 1e-9 || i < rows.len(), "row {i} is flat");
-            assert!(
-                (difference - exact).abs() <= 1e-7 * size.max(1e-6),
-                "row {i}, direction {k}: {difference} against {exact}"
-            );
-        }
-    }
+    asked(study, &DESIGN).check_gradients(&DESIGN, directions, 1e-3, 1e-7);
 }
 
 #[test]
