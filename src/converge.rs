@@ -256,7 +256,7 @@ fn picture(name: &str, found: &Convergence, mut caption: Vec<String>) -> String 
         move |run: &Run| run.setting.family == Family::Mesh && run.setting.element == e
     };
     caption.push(
-        "error: the larger of tip and area; of meshes against the extrapolated reference, of tolerances and load steps that of the same mesh; CPU s of one thread"
+        "error: the larger of tip and area; of meshes against the extrapolated reference, of tolerances and load steps that of the same mesh"
             .into(),
     );
     let recommended = found.recommended.as_ref().map(|run| run.setting.clone());
@@ -269,7 +269,7 @@ fn picture(name: &str, found: &Convergence, mut caption: Vec<String>) -> String 
     let chosen = move |run: &Run| Some(&run.setting) == recommended.as_ref();
     ScatterPicture {
         title: format!("{name}: error against run time"),
-        x_label: "CPU time (s)".into(),
+        x_label: "CPU time of one thread (s)".into(),
         y_label: "relative error".into(),
         series: vec![
             series("quad9 meshes", &meshes(ElementChoice::Quad9), &mesh),

@@ -9,7 +9,7 @@ use salp_core::evaluate::{SceneAnswer, SceneOptions, SceneSolution, SceneStatus,
 use salp_core::mesh::gmsh;
 use salp_core::mesh::vtu::{VtuData, vtu};
 use salp_core::scene::measure::Measure;
-use salp_core::scene::{Body, Scene, read_scene};
+use salp_core::scene::{Body, Goal, Scene, read_scene};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -18,7 +18,9 @@ use crate::numbers::{Numbers, lines_of};
 use crate::output::{Output, note, number, table, write_file};
 use crate::shape::picture;
 use crate::stopwatch::{Stopwatch, cpu_seconds};
-use crate::sweep::{Drawn, Swept, SweptPoint, file_part, last_name, pressure_kpa, read_each};
+use crate::sweep::{
+    Drawn, Swept, SweptPoint, at_all_values, file_part, last_name, pressure_kpa, read_each,
+};
 
 /// Arguments of `salp solve`.
 #[derive(Args)]
@@ -116,7 +118,7 @@ impl Solve {
             name,
             points,
             drawn: drawn(&scenes[0]),
-            caption: about(&scenes[0]),
+            caption: about(sweep, &scenes),
         };
         swept.write(&out)?;
         let alarms = swept.points.iter().any(|p| p.status == "not_converged");
@@ -154,13 +156,17 @@ fn swept_point(scene: &Scene, value: &Value, answer: &SceneAnswer, cpu_s: f64) -
     }
 }
 
-fn about(scene: &Scene) -> Vec<String> {
-    let target = scene.objective.as_ref();
-    let target = target.map(|goal| format!("objective: {}", goal.words()));
-    target
-        .into_iter()
-        .chain(["no limits: walls may overlap, stretches are what they are".into()])
-        .collect()
+fn about(sweep: &Sweep, scenes: &[Scene]) -> Vec<String> {
+    let words = |scene: &Scene| scene.objective.as_ref().map_or("none".into(), Goal::words);
+    let targets = scenes.iter().map(|s| format!("objective: {}", words(s)));
+    let targets: Vec<String> = targets.collect();
+    let mut lines = if scenes.iter().any(|s| s.objective.is_some()) {
+        at_all_values(sweep, &targets)
+    } else {
+        Vec::new()
+    };
+    lines.push("no limits: walls may overlap, stretches are what they are".into());
+    lines
 }
 
 /// What a sweep of a scene is about: its area, else its objective, else its stretch.

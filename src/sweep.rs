@@ -243,12 +243,8 @@ impl Swept<'_> {
         }
         let scales = [0, 1].map(|k| Scale::fitting(points.iter().map(|p| p.0[k])));
         ScatterPicture {
-            title: format!(
-                "{}: {} against {}",
-                self.name,
-                self.drawn.label,
-                self.label()
-            ),
+            // The axes say in full what is drawn against what.
+            title: format!("{}: sweep over {}", self.name, self.short_label()),
             x_label: self.label(),
             y_label: self.drawn.label.clone(),
             scales: if by_number {
@@ -267,12 +263,42 @@ impl Swept<'_> {
     }
 
     fn label(&self) -> String {
-        if self.sweep.path == P_OVER_MU {
-            "p/mu".into()
-        } else {
-            self.sweep.path.clone()
+        match self.sweep.path.as_str() {
+            P_OVER_MU => "p/mu".into(),
+            path => path.to_owned(),
         }
     }
+
+    fn short_label(&self) -> String {
+        last_name(&self.label()).to_owned()
+    }
+}
+
+/// What a line says at each value of a sweep: once, with ` / ` between what differs where all have as many words, else
+/// each line with its value.
+pub fn at_all_values(sweep: &Sweep, lines: &[String]) -> Vec<String> {
+    let words: Vec<Vec<&str>> = lines.iter().map(|l| l.split(' ').collect()).collect();
+    let Some(first) = words.first() else {
+        return Vec::new();
+    };
+    if words.iter().any(|w| w.len() != first.len()) {
+        let said = lines.iter().zip(&sweep.values);
+        return said
+            .map(|(line, value)| format!("with {}: {line}", sweep.assignment(value)))
+            .collect();
+    }
+    let merged = (0..first.len()).map(|k| {
+        let all: Vec<&str> = words.iter().map(|w| w[k]).collect();
+        if all.iter().all(|word| *word == all[0]) {
+            return all[0].to_owned();
+        }
+        // A mark behind all of them is said once.
+        let mark = |c: char| ";,:)".contains(c);
+        let end = &all[0][all[0].trim_end_matches(mark).len()..];
+        let bare: Option<Vec<&str>> = all.iter().map(|word| word.strip_suffix(end)).collect();
+        bare.map_or_else(|| all.join(" / "), |bare| bare.join(" / ") + end)
+    });
+    vec![merged.collect::<Vec<_>>().join(" ")]
 }
 
 /// A cell of a CSV file.
@@ -281,5 +307,23 @@ fn quoted(text: &str) -> String {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {
         text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_differs_between_values_is_said_for_each() {
+        let sweep = Sweep::read("stretch=1.5,2.0").unwrap_or_else(|f| panic!("{f:?}"));
+        let said = |lines: [&str; 2]| at_all_values(&sweep, &lines.map(str::to_owned));
+        assert_eq!(said(["a 1.5; b", "a 1.5; b"]), ["a 1.5; b"]);
+        assert_eq!(said(["a 1.5; b", "a 2; b"]), ["a 1.5 / 2; b"]);
+        assert_eq!(said(["a 1.5; b", "a 2, b"]), ["a 1.5; / 2, b"]);
+        assert_eq!(
+            said(["a 1.5", "none"]),
+            ["with stretch=1.5: a 1.5", "with stretch=2.0: none"]
+        );
     }
 }

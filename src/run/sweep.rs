@@ -15,7 +15,9 @@ use super::{Ended, Run, report};
 use crate::failure::Failure;
 use crate::numbers::{Numbers, lines_of};
 use crate::output::{Output, note, number};
-use crate::sweep::{Drawn, Swept, SweptPoint, file_part, last_name, pressure_kpa, read_each};
+use crate::sweep::{
+    Drawn, Swept, SweptPoint, at_all_values, file_part, last_name, pressure_kpa, read_each,
+};
 
 impl Run {
     /// Runs each value; a run that was interrupted goes on where it was.
@@ -53,17 +55,8 @@ impl Run {
             points.push(point(study, value, &ended, folder));
             limits.push(report::limits(study, study.steps.len() - 1));
         }
-        let mut caption = spent(&points);
-        limits.dedup();
-        match &limits[..] {
-            [one] => caption.insert(0, one.clone()),
-            // The swept field is a limit: what the others have in common is said with the first value.
-            [first, ..] => caption.insert(
-                0,
-                format!("{first} (with {})", sweep.assignment(&sweep.values[0])),
-            ),
-            [] => {}
-        }
+        let mut caption = at_all_values(sweep, &limits);
+        caption.push(spent(&points));
         let swept = Swept {
             sweep,
             name,
@@ -149,19 +142,19 @@ fn point(study: &Study, value: &Value, ended: &Ended, folder: PathBuf) -> SweptP
 }
 
 /// Restarts and CPU time behind the points.
-fn spent(points: &[SweptPoint]) -> Vec<String> {
+fn spent(points: &[SweptPoint]) -> String {
     let count = |name: &str| {
         let of = |p: &SweptPoint| p.more.iter().find(|(n, _)| *n == name)?.1.as_u64();
         points.iter().filter_map(of).sum::<u64>()
     };
     let cpu: f64 = points.iter().map(|p| p.cpu_s).sum();
-    vec![format!(
+    format!(
         "the best of {} restarts and {} evaluations at {} values; {} s of CPU in all",
         count("restarts"),
         count("evaluations"),
         points.len(),
         number(Some(cpu))
-    )]
+    )
 }
 
 /// An area is drawn as the size that was reached, other targets as they are minimised.

@@ -8,7 +8,7 @@ pub(super) const COLOURS: [&str; 6] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00",
 ];
 
-/// Draws the frame of a plot from its upper left corner, with title and labels.
+/// Draws the frame of a plot from its upper left corner, with its labels and a title that ends where the picture does.
 pub(super) fn draw(
     svg: &mut Svg,
     [left, top]: [f64; 2],
@@ -25,7 +25,7 @@ pub(super) fn draw(
     let turned = format!("{dark} transform=\"rotate(-90 22 {:.1})\"", middle[1]);
     svg.text([22.0, middle[1]], 14.0, Anchor::Middle, &turned, labels[1]);
     let bold = format!("{dark} font-weight=\"bold\"");
-    let title = text::shortened_bold(title, size[0], 15.0);
+    let title = text::shortened_bold(title, svg.width - left - 12.0, 15.0);
     svg.text([left, 26.0], 15.0, Anchor::Start, &bold, &title);
 }
 

@@ -5,6 +5,7 @@
 pub mod axis;
 pub mod curve;
 mod frame;
+mod labels;
 pub mod scatter;
 #[cfg(feature = "solver")]
 pub mod shape;

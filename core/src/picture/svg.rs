@@ -7,6 +7,8 @@ const FONT: &str = "font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\""
 
 /// A picture under construction; positions in px from the upper left corner.
 pub(super) struct Svg {
+    /// Width, px.
+    pub width: f64,
     body: String,
 }
 
@@ -21,12 +23,13 @@ pub(super) enum Anchor {
 impl Svg {
     /// An empty picture on white with a title for screen readers.
     pub fn new(size: [f64; 2], title: &str) -> Self {
+        let width = size[0];
         let [w, h] = size.map(number);
         let body = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\" role=\"img\" {FONT}>\n<title>{}</title>\n<rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>\n",
             escape(title)
         );
-        Self { body }
+        Self { width, body }
     }
 
     /// A path with attributes such as `stroke="#000"`.
