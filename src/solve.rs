@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use salp_core::document::Sweep;
 use salp_core::equilibrium::Unobserved;
-use salp_core::evaluate::{SceneAnswer, SceneOptions, SceneSolution, SceneStatus, solve_scene};
+use salp_core::evaluate::{
+    SceneAnswer, SceneOptions, SceneSolution, SceneStatus, numerical_error, solve_scene,
+};
+use salp_core::geometry::MeshPlan;
 use salp_core::mesh::gmsh;
 use salp_core::mesh::vtu::{VtuData, vtu};
 use salp_core::scene::measure::Measure;
@@ -16,6 +19,7 @@ use crate::failure::Failure;
 use crate::input::DocumentArguments;
 use crate::numbers::{Numbers, lines_of};
 use crate::output::{Output, note, number, table, write_file};
+use crate::parallel::cores;
 use crate::shape::picture;
 use crate::stopwatch::{Stopwatch, cpu_seconds};
 use crate::sweep::{
@@ -39,6 +43,16 @@ pub struct Solve {
     /// Solves at several values of a field: p_over_mu=0.02..0.07:6, mesh.max_size_mm=8,4,2
     #[arg(long, value_name = "PATH=VALUES", conflicts_with_all = ["vtu", "svg", "msh"])]
     sweep: Option<String>,
+    /// Solves on the scene's mesh with each element split N by N
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "sweep",
+        value_parser = clap::value_parser!(u8).range(1..=16))]
+    refine: u8,
+    /// Says how far the objective is from that of the model: five more solves, of which the finest has 16 times the elements
+    #[arg(long, conflicts_with = "sweep")]
+    numerical_error: bool,
+    /// Threads of --numerical-error [default: one per core]
+    #[arg(long, requires = "numerical_error", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
     /// Folder of a sweep's table and picture [default: salp-out/NAME-sweep-FIELD]
     #[arg(long, requires = "sweep")]
     out: Option<PathBuf>,
@@ -55,13 +69,33 @@ impl Solve {
             let message = "the scene names a mesh file already";
             return Err(Failure::fault("msh", message));
         }
+        if self.numerical_error {
+            numerical_error::check(&scene)?;
+        }
+        let plan = self.plan(&scene)?;
         let options = SceneOptions {
             fields: self.vtu.is_some() || self.svg.is_some(),
+            plan: plan.clone(),
             ..SceneOptions::default()
         };
         let mut stopwatch = Stopwatch::start();
         let solution = solve_scene(&scene, &options, &mut stopwatch)?;
-        let document = with_seconds(&solution.answer, stopwatch.document());
+        let mut document = with_seconds(&solution.answer, stopwatch.document());
+        let error = if self.numerical_error {
+            let threads = self.threads.map_or_else(cores, usize::from);
+            let answer = &solution.answer;
+            Some(crate::numerical_error::numerical_error(
+                &scene,
+                plan.as_ref(),
+                answer,
+                threads,
+            )?)
+        } else {
+            None
+        };
+        if let Some(error) = &error {
+            document["numerical_error"] = json!(error);
+        }
         if let Some(file) = &self.vtu {
             write_vtu(&solution, file)?;
         }
@@ -83,8 +117,31 @@ impl Solve {
                 &picture(&name, &scene, &solution, body, &numbers.lines()),
             )?;
         }
-        output.print(&document, || text(&scene, &solution.answer));
-        ended_well(&solution.answer)
+        output.print(&document, || {
+            let mut lines = vec![text(&scene, &solution.answer)];
+            lines.extend(error.iter().flat_map(crate::numerical_error::lines));
+            lines.join("\n")
+        });
+        ended_well(&solution.answer)?;
+        match error {
+            Some(error) if error.finest.error.is_none() => {
+                Err(Failure::Run("a solve for the numerical error did not end"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The mesh plan of `--refine`. A shape that cannot be meshed has none: its answer says so.
+    fn plan(&self, scene: &Scene) -> Result<Option<MeshPlan>, Failure> {
+        if self.refine == 1 {
+            return Ok(None);
+        }
+        if matches!(scene.body, Body::MeshFile(_)) {
+            let message = "the scene names a mesh file: its elements cannot be split";
+            return Err(Failure::fault("refine", message));
+        }
+        let plan = numerical_error::own_plan(scene).ok();
+        Ok(plan.map(|plan| plan.refined(self.refine.into())))
     }
 
     /// Solves at each value. A limit that is met is an answer like others; a failure of ours is none.

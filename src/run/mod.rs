@@ -28,6 +28,7 @@ use signal_hook::flag;
 use crate::failure::Failure;
 use crate::input::DocumentArguments;
 use crate::output::{Output, note};
+use crate::parallel::cores;
 use coordinator::Coordinator;
 use document::Results;
 use folder::RunFolder;
@@ -48,6 +49,9 @@ pub struct Run {
     /// Starts over: removes what an earlier run left in the folder
     #[arg(long)]
     fresh: bool,
+    /// Says how far the best design's objective is from that of its model: five more solves when the study has ended
+    #[arg(long)]
+    numerical_error: bool,
     /// Lets the study start its programs
     #[arg(long)]
     allow_commands: bool,
@@ -124,11 +128,12 @@ impl Run {
         folder.ended()?;
         let results = Results::fetch(&client, &created.id, study, folder.seconds())?;
         coordinator.stop()?;
-        let document = results.document(state);
+        let mut document = results.document(state);
         let text = if state == StudyState::Paused {
             String::new()
         } else {
-            report::write(&folder, study, &results, &document)?
+            let threads = self.numerical_error.then_some(count);
+            report::write(&folder, study, &results, &mut document, threads)?
         };
         Ok(Ended {
             state,
@@ -157,10 +162,6 @@ impl Run {
         }
         Ok(faults.check(())?)
     }
-}
-
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Set at the first SIGINT, SIGTERM or SIGHUP; the second one ends this process at once, and its children with it.

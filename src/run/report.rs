@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use salp_core::evaluate::{SceneOptions, solve_scene};
+use salp_core::evaluate::{SceneAnswer, SceneOptions, solve_scene};
 use salp_core::fault::Faults;
 use salp_core::geometry::{MeshPlan, Point};
 use salp_core::scene::{Bound, Goal, Orientation, Scene};
@@ -16,20 +16,22 @@ use super::folder::RunFolder;
 use super::progress::labels;
 use crate::failure::Failure;
 use crate::numbers::Numbers;
+use crate::numerical_error::{self, numerical_error};
 use crate::output::{number, write_file};
 use crate::shape::picture;
 use crate::stopwatch::Stopwatch;
 
-/// Writes everything; answers the summary.
+/// Writes everything; answers the summary. With `threads` the numerical error of the best design is computed on as many,
+/// and added to the document.
 pub fn write(
     folder: &RunFolder,
     study: &Study,
     results: &Results,
-    document: &Value,
+    document: &mut Value,
+    threads: Option<usize>,
 ) -> Result<String, Failure> {
     let at = |name: &str| folder.at("report").join(name);
     let pretty = |value: &Value| serde_json::to_string_pretty(value).unwrap_or_default();
-    write_file(&at("result.json"), &document.to_string())?;
     write_file(&at("curve.csv"), &csv::curve(&results.curve))?;
     write_file(&at("ledger.csv"), &csv::ledger(&results.ledger))?;
     let mut lines = counts(results);
@@ -63,15 +65,25 @@ pub fn write(
                 summary["numbers"] = Numbers::of(&scene).document();
                 write_file(&at("best.json"), &pretty(&scene.document()))?;
                 let plan = plan_base.and_then(|base| study.mesh_plan(step, &base).ok().flatten());
-                let drawn = draw(study, &scene, plan, &caption)?;
+                let drawn = draw(study, &scene, plan.clone(), &caption)?;
                 write_file(&at("best.svg"), &drawn.svg)?;
                 lines.extend(drawn.lines);
-                summary["enclosed_area_mm2"] = json!(drawn.enclosed_area_mm2);
+                if let Some(threads) = threads {
+                    let own = &drawn.answer;
+                    let error = numerical_error(&scene, plan.as_ref(), own, threads)?;
+                    lines.extend(numerical_error::lines(&error));
+                    summary["numerical_error"] = json!(error);
+                    document["numerical_error"] = json!(error);
+                }
+                summary["enclosed_area_mm2"] = json!(drawn.answer.enclosed_area_mm2);
             } else {
                 write_file(
                     &at("best.json"),
                     &pretty(&json!({ "x": best.x, "objective": best.objective })),
                 )?;
+                if threads.is_some() {
+                    lines.push("numerical error not known: the model is a program".into());
+                }
             }
             summary["best"] = json!(best);
         }
@@ -81,6 +93,7 @@ pub fn write(
     // Steps of programs have no goal, and their objective no unit that we know.
     let unit = results.best().and_then(|(step, _)| goal(study, step));
     let unit = unit.map_or_else(String::new, |goal| format!(" ({})", goal.unit()));
+    write_file(&at("result.json"), &document.to_string())?;
     let label = |step: usize, index: usize| {
         let label = labels(study, step).into_iter().nth(index);
         label.unwrap_or_else(|| format!("restart {index}"))
@@ -170,7 +183,7 @@ fn winner(
 
 struct Drawn {
     svg: String,
-    enclosed_area_mm2: Option<f64>,
+    answer: SceneAnswer,
     lines: Vec<String>,
 }
 
@@ -234,7 +247,7 @@ fn draw(
     };
     Ok(Drawn {
         svg,
-        enclosed_area_mm2: answer.enclosed_area_mm2,
+        answer: solution.answer,
         lines,
     })
 }

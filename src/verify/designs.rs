@@ -1,8 +1,5 @@
 //! Random designs: every status must be true, and no design may fold in the mesher.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use salp_core::evaluate::SceneStatus;
 use salp_core::geometry::samples::Stratum;
 use salp_core::verify::designs::{
@@ -14,45 +11,12 @@ use serde_json::{Value, json};
 use super::{ThreadClock, Verify};
 use crate::failure::Failure;
 use crate::output::{Output, note, number, table, write_file};
+use crate::parallel::in_parallel;
 
 /// Designs that a thread meshes before it takes the next ones.
 const MESHER_BATCH: usize = 100;
 /// Least scaled corner Jacobian of `--mesher`.
 const LEAST_SCALED_JACOBIAN: f64 = 0.05;
-
-/// Does `of` for 0..count on some threads; the answers come in order. `told` hears how many are done.
-fn in_parallel<T: Send>(
-    threads: usize,
-    count: usize,
-    of: impl Fn(usize) -> T + Sync,
-    told: impl Fn(usize, &T) + Sync,
-) -> Vec<T> {
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let found: Mutex<Vec<(usize, T)>> = Mutex::new(Vec::with_capacity(count));
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= count {
-                        break;
-                    }
-                    let answer = of(index);
-                    told(done.fetch_add(1, Ordering::Relaxed) + 1, &answer);
-                    found
-                        .lock()
-                        .unwrap_or_else(std::sync::PoisonError::into_inner)
-                        .push((index, answer));
-                }
-            });
-        }
-    });
-    let mut found = found
-        .into_inner()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
-    found.sort_by_key(|(index, _)| *index);
-    found.into_iter().map(|(_, answer)| answer).collect()
-}
 
 /// Solves random designs at both p/mu.
 pub fn run(verify: &Verify, count: usize, output: Output) -> Result<(), Failure> {

@@ -97,8 +97,7 @@ impl Verify {
     }
 
     fn threads(&self) -> usize {
-        let cores = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        self.threads.unwrap_or_else(cores)
+        self.threads.unwrap_or_else(crate::parallel::cores)
     }
 
     fn wants(&self, name: &str) -> bool {

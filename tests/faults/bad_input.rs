@@ -200,6 +200,27 @@ fn mesh_files_that_cannot_be_used_are_refused() {
         ["tractions[0].group"]
     );
     assert_eq!(faults("mesh", "{\"element\": \"quad4\"}"), ["mesh.element"]);
+    let asked = |flags: &[&str]| refused(&folder.0, &[&["solve", "scene.json"], flags].concat());
+    assert_eq!(asked(&["--numerical-error"]), ["mesh_file"]);
+    assert_eq!(asked(&["--refine", "2"]), ["refine"]);
+    assert_eq!(asked(&["--threads", "2"]), ["arguments"]);
     let (code, answer) = salp(&folder.0, &["solve", "scene.json"]);
     assert_eq!((code, &answer["status"]), (0, &json!("ok")));
+}
+
+#[test]
+fn a_numerical_error_needs_an_objective() {
+    let folder = Folder::new("no-objective");
+    put(
+        &folder,
+        "scene.json",
+        &json!({
+            "version": 1,
+            "actuator": {"repeat": 1, "chambers_mm": [[[20, 13], [60, 13], [60, 28], [20, 28]]]},
+            "material": "mold-star-30",
+            "actuation": {"schedule": "ramp", "pressure_kpa": 1}
+        }),
+    );
+    let paths = refused(&folder.0, &["solve", "scene.json", "--numerical-error"]);
+    assert_eq!(paths, ["objective"]);
 }

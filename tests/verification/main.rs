@@ -2,6 +2,7 @@
 
 mod command;
 mod cooks_membrane;
+mod numerical_error;
 mod thick_cylinder;
 
 use std::path::PathBuf;

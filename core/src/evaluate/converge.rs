@@ -405,20 +405,34 @@ fn largest(tips: &[[f64; 2]]) -> f64 {
 }
 
 /// Richardson's limit of three values at h, h/2, h/4, its uncertainty and the observed order: with an order within
-/// [`ORDERS`] 1.25 |fine - mid| / (2^q - 1), else three times the largest difference.
+/// [`ORDERS`] [`known`] of it, else [`swing`].
 fn extrapolate(coarse: f64, mid: f64, fine: f64) -> (f64, f64, Option<f64>) {
-    let (first, second) = (mid - coarse, fine - mid);
-    let order = (first / second).abs().log2();
-    if second == 0.0 {
+    if fine == mid {
         return (fine, 0.0, None);
     }
-    if first * second > 0.0 && order >= ORDERS[0] {
-        let q = order.min(ORDERS[1]);
-        let rest = second / (2_f64.powf(q) - 1.0);
-        (fine + rest, 1.25 * rest.abs(), Some(order))
-    } else {
-        (fine, 3.0 * first.abs().max(second.abs()), None)
+    match observed_order(coarse, mid, fine) {
+        Some(order) if order >= ORDERS[0] => {
+            let rest = (fine - mid) / (2_f64.powf(order.min(ORDERS[1])) - 1.0);
+            (fine + rest, known(rest), Some(order))
+        }
+        _ => (fine, swing(coarse, mid, fine), None),
     }
+}
+
+/// Observed order q of three values at h, h/2, h/4: their differences fall as 2^q. `None` unless they have one sign.
+pub(super) fn observed_order(coarse: f64, mid: f64, fine: f64) -> Option<f64> {
+    let (first, second) = (mid - coarse, fine - mid);
+    (first * second > 0.0).then(|| (first / second).log2())
+}
+
+/// Uncertainty of a value from which an extrapolation of known order says that `rest` is missing: Roache's 1.25 of it.
+pub(super) fn known(rest: f64) -> f64 {
+    1.25 * rest.abs()
+}
+
+/// Uncertainty of the last of three values without an order: three times their largest difference.
+pub(super) fn swing(coarse: f64, mid: f64, fine: f64) -> f64 {
+    3.0 * (mid - coarse).abs().max((fine - mid).abs())
 }
 
 pub(super) fn reference(nested: &[Sample], bench: &Bench<'_>) -> Reference {

@@ -8,6 +8,7 @@ mod gradient;
 mod limits;
 mod measure;
 mod notes;
+pub mod numerical_error;
 mod scene;
 mod study;
 
@@ -15,6 +16,7 @@ pub use accuracy::choose_meshes;
 pub use answer::{LeftOut, SceneAnswer, SceneStatus, StateAnswer};
 pub use converge::{CannotConverge, Clock, Convergence, Family, Reference, Run, Setting, converge};
 pub use gradient::{CheckLine, Difference, GradientAnswer, check_bound, check_gradient};
+pub use numerical_error::NumericalError;
 pub use scene::{SceneOptions, SceneSolution, solve_scene};
 pub use study::evaluate;
 

@@ -4,6 +4,7 @@ mod direct;
 mod margin;
 mod measures;
 mod mesh_export;
+mod numerical_error;
 
 use std::path::Path;
 

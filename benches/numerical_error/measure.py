@@ -1,0 +1,187 @@
+#!/usr/bin/env python3
+"""Does the true error of an area lie within the numerical error that `salp solve --numerical-error` states?
+
+Takes the designs of `salp verify --designs N` (a third uniform in the paper's boxes, a third near their outer edges, a third met by
+optimisers) as one unit, `hold` at 15 kPa, `mold-star-30`, 2 load steps a leg, and compares two stated values with a reference: that
+of the finest of the three nested meshes (elements split 4 by 4), and that of the scene's own mesh.
+
+The reference is A8 + rest + settings:
+  A8        elements split 8 by 8, half as large as the finest of the estimate
+  rest      what Richardson's extrapolation of A2, A4, A8 adds, where they have an order of 0.5 to 6; else nothing
+  settings  B - A2, where B has elements split 2 by 2, a tolerance of 1e-11, 4 times the load steps (and a third of the difference
+            to twice the steps more: the limit of order two), K/mu = 1e5
+With --full it is instead one solve of all that at once, split 8 by 8, and the same rest.
+
+K/mu counts as a setting by which incompressible rubber is reached: the reference has 1e5, the stated error has its term. What is
+right for who keeps K/mu as a property of the material is counted beside it: a reference of the own K/mu, the sum without its term.
+
+Writes a line per design as CSV and prints the shares. Not part of CI: about a CPU minute a design.
+
+    python3 benches/numerical_error/measure.py target/release/salp docs/data/numerical-error.csv [--designs 100] [--full]
+"""
+
+import argparse
+import csv
+import json
+import math
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+TERMS = ["mesh", "tolerance", "path", "contact", "bulk"]
+
+
+def salp(program, *arguments):
+    run = subprocess.run([program, *arguments, "--json"], capture_output=True, text=True)
+    if run.returncode not in (0, 1):
+        sys.exit(run.stdout + run.stderr)
+    return json.loads(run.stdout)
+
+
+def designs(program, count, seed, threads):
+    """Index, stratum and coordinates of each design; those without a path under the softer load are left to the solves."""
+    lines = salp(program, "verify", "--designs", str(count), "--seed", str(seed), "--threads", str(threads))["lines"]
+    seen = {}
+    for line in lines:
+        seen.setdefault(line["design"], (line["stratum"], line["x"]))
+    return sorted((index, *rest) for index, rest in seen.items())
+
+
+def scene(x, size):
+    points = [x[k:k + 2] for k in range(0, 16, 2)]
+    return {
+        "version": 1,
+        "actuator": {"chambers_mm": [points[:4], points[4:]]},
+        "material": "mold-star-30",
+        "actuation": {"schedule": "hold", "pressure_kpa": 15, "load_steps_per_leg": 2},
+        "mesh": {"element": "quad9", "max_size_mm": size},
+        "contact": "off",
+        "probes": {"tip": [80, 40]},
+        "objective": {"kind": "enclosed_area", "probe": "tip", "orientation": "counter_clockwise"},
+    }
+
+
+class Solver:
+    def __init__(self, program, document):
+        self.program, self.file = program, tempfile.NamedTemporaryFile("w", suffix=".json")
+        self.file.write(json.dumps(document))
+        self.file.flush()
+
+    def answer(self, *arguments):
+        return salp(self.program, "solve", self.file.name, *arguments)
+
+    def value(self, refine, steps=2, tolerance=None, bulk=None):
+        arguments = ["--refine", str(refine), "--set", f"actuation.load_steps_per_leg={steps}"]
+        if tolerance is not None:
+            arguments += ["--set", f"relative_residual_force_tolerance={tolerance}"]
+        if bulk is not None:
+            material = salp(self.program, "material", "show", "mold-star-30")
+            law = material.get("law", material)
+            arguments += ["--set", "material=" + json.dumps({**law, "bulk_over_shear": bulk})]
+        answer = self.answer(*arguments)
+        return answer["objective"] if answer["status"] == "ok" else None
+
+
+def limit(a, b, c):
+    """What Richardson's extrapolation adds to c."""
+    first, second = b - a, c - b
+    if first * second <= 0:
+        return 0.0
+    order = math.log2(first / second)
+    return second / (2**order - 1) if 0.5 <= order <= 6 else 0.0
+
+
+def measure(program, index, stratum, x, size, full, threads):
+    solver = Solver(program, scene(x, size))
+    answer = solver.answer("--numerical-error", "--threads", str(threads))
+    row = {"design": index, "stratum": stratum, "status": answer["status"]}
+    if answer["status"] != "ok":
+        return row
+    found = answer["numerical_error"]
+    row["elements"] = answer["mesh"]["elements"]
+    for term in found["terms"]:
+        row[term["source"]] = term["error"]
+        if term["source"] == "mesh":
+            row["order"] = term.get("order")
+    if found["error"] is None:
+        row["status"] = "not known: " + found["sentence"]
+        return row
+    own, finest = found["own_mesh"]["value"], found["value"]
+    (mesh,) = [t for t in found["terms"] if t["source"] == "mesh"]
+    mid = mesh["solves"][0]["value"]
+    overkill = {"tolerance": 1e-11}
+    fine = solver.value(8)
+    fine_steps = [solver.value(2, steps, **overkill) for steps in (8, 16)]
+    soft = solver.value(2, 8, bulk=1e5, **overkill)
+    if None in (fine, soft, *fine_steps):
+        row["status"] = "no reference"
+        return row
+    rest = limit(mid, finest, fine)
+    path = (fine_steps[1] - fine_steps[0]) * 4 / 3
+    bulk = soft - fine_steps[0]
+    reference = fine + rest + (fine_steps[0] + path - mid) + bulk
+    if full:
+        fine = solver.value(8, 8, bulk=1e5, **overkill)
+        row["composed"] = reference
+        if fine is None:
+            row["status"] = "no reference"
+            return row
+        reference = fine + rest + path
+    row |= {
+        "reference": reference, "finest": finest, "own": own,
+        "finest_error": abs(finest - reference), "finest_bound": found["error"],
+        "own_error": abs(own - reference), "own_bound": found["own_mesh"]["error"],
+        "kept_error": abs(finest - (reference - bulk)), "kept_bound": found["error"] - row["bulk"],
+        "percent": found["error_percent"],
+    }
+    return row
+
+
+def summary(rows):
+    known = [row for row in rows if "reference" in row]
+    print(f"{len(rows)} designs: {len(known)} with estimate and reference")
+    for status in sorted({row["status"] for row in rows if "reference" not in row}):
+        print(f"  {sum(row['status'] == status for row in rows)} {status}")
+    if not known:
+        return
+    for name, words in [("finest", "finest mesh"), ("own", "own mesh"), ("kept", "finest mesh, K/mu kept")]:
+        inside = [row for row in known if row[f"{name}_error"] <= row[f"{name}_bound"]]
+        ratios = [row[f"{name}_bound"] / max(row[f"{name}_error"], 1e-15) for row in known]
+        print(f"{words}: inside {len(inside)} of {len(known)}, bound over error: median {statistics.median(ratios):.2f}, "
+              f"least {min(ratios):.2f}, largest {max(ratios):.3g}")
+    for term in TERMS:
+        shares = [row[term] / row["finest_bound"] for row in known]
+        print(f"share of {term}: median {statistics.median(shares):.2g}, largest {max(shares):.2g}")
+    ordered = [row for row in known if row["order"] is not None]
+    print(f"observed order used: {len(ordered)} of {len(known)}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("table", type=Path)
+    parser.add_argument("--designs", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=20230328)
+    parser.add_argument("--max-size-mm", type=float, default=None, help="default: the size rule")
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--full", action="store_true")
+    asked = parser.parse_args()
+    names = ["design", "stratum", "status", "elements", *TERMS, "order", "reference", "composed", "finest", "own", "finest_error",
+             "finest_bound", "own_error", "own_bound", "kept_error", "kept_bound", "percent"]
+    rows = []
+    asked.table.parent.mkdir(parents=True, exist_ok=True)
+    with open(asked.table, "w", newline="") as file:
+        writer = csv.DictWriter(file, names, lineterminator="\n")
+        writer.writeheader()
+        for index, stratum, x in designs(asked.program, asked.designs, asked.seed, asked.threads):
+            rows.append(measure(asked.program, index, stratum, x, asked.max_size_mm, asked.full, asked.threads))
+            writer.writerow(rows[-1])
+            file.flush()
+            print({k: f"{v:.5g}" if isinstance(v, float) else v for k, v in rows[-1].items()}, flush=True)
+    summary(rows)
+
+
+if __name__ == "__main__":
+    main()
