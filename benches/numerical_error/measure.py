@@ -41,12 +41,13 @@ def salp(program, *arguments):
 
 
 def designs(program, count, seed, threads):
-    """Index, stratum and coordinates of each design; those without a path under the softer load are left to the solves."""
+    """Index, stratum and coordinates of each design, the strata in turn so that a run that is cut short has all of them."""
     lines = salp(program, "verify", "--designs", str(count), "--seed", str(seed), "--threads", str(threads))["lines"]
     seen = {}
     for line in lines:
         seen.setdefault(line["design"], (line["stratum"], line["x"]))
-    return sorted((index, *rest) for index, rest in seen.items())
+    turn = max(len(seen) // 3, 1)
+    return sorted(((index, *rest) for index, rest in seen.items()), key=lambda design: (design[0] % turn, design[0]))
 
 
 def scene(x, size):
@@ -135,6 +136,10 @@ def measure(program, index, stratum, x, size, full, threads):
         "own_error": abs(own - reference), "own_bound": found["own_mesh"]["error"],
         "kept_error": abs(finest - (reference - bulk)), "kept_bound": found["error"] - row["bulk"],
         "percent": found["error_percent"],
+        # Of single terms: what each is of the whole.
+        "mesh_error": abs(finest - fine - rest), "mesh_bound": row["mesh"],
+        "path_error": abs(fine_steps[0] + path - mid), "path_bound": row["path"] + row["tolerance"],
+        "bulk_error": abs(bulk), "bulk_bound": row["bulk"],
     }
     return row
 
@@ -146,7 +151,8 @@ def summary(rows):
         print(f"  {sum(row['status'] == status for row in rows)} {status}")
     if not known:
         return
-    for name, words in [("finest", "finest mesh"), ("own", "own mesh"), ("kept", "finest mesh, K/mu kept")]:
+    for name, words in [("finest", "finest mesh"), ("own", "own mesh"), ("kept", "finest mesh, K/mu kept"),
+                        ("mesh", "its mesh alone"), ("path", "its path and tolerance alone"), ("bulk", "its K/mu alone")]:
         inside = [row for row in known if row[f"{name}_error"] <= row[f"{name}_bound"]]
         ratios = [row[f"{name}_bound"] / max(row[f"{name}_error"], 1e-15) for row in known]
         print(f"{words}: inside {len(inside)} of {len(known)}, bound over error: median {statistics.median(ratios):.2f}, "
@@ -169,7 +175,7 @@ def main():
     parser.add_argument("--full", action="store_true")
     asked = parser.parse_args()
     names = ["design", "stratum", "status", "elements", *TERMS, "order", "reference", "composed", "finest", "own", "finest_error",
-             "finest_bound", "own_error", "own_bound", "kept_error", "kept_bound", "percent"]
+             "finest_bound", "own_error", "own_bound", "kept_error", "kept_bound", "percent", "mesh_error", "mesh_bound", "path_error", "path_bound", "bulk_error", "bulk_bound"]
     rows = []
     asked.table.parent.mkdir(parents=True, exist_ok=True)
     with open(asked.table, "w", newline="") as file:
