@@ -8,14 +8,14 @@ of the finest of the three nested meshes (elements split 4 by 4), and that of th
 The reference is A8 + rest + settings:
   A8        elements split 8 by 8, half as large as the finest of the estimate
   rest      what Richardson's extrapolation of A2, A4, A8 adds, where they have an order of 0.5 to 6; else nothing
-  settings  B - A2, where B has elements split 2 by 2, a tolerance of 1e-11, 4 times the load steps (and a third of the difference
-            to twice the steps more: the limit of order two), K/mu = 1e5
+  settings  B - A2, where B has elements split 2 by 2, a tolerance of 1e-11, K/mu = 1e5, and as its load steps the limit of order
+            two of 4 and 8 times as many
 With --full it is instead one solve of all that at once, split 8 by 8, and the same rest.
 
 K/mu counts as a setting by which incompressible rubber is reached: the reference has 1e5, the stated error has its term. What is
 right for who keeps K/mu as a property of the material is counted beside it: a reference of the own K/mu, the sum without its term.
 
-Writes a line per design as CSV and prints the shares. Not part of CI: about a CPU minute a design.
+Writes a line per design as CSV and prints the shares. Not part of CI: about 20 CPU seconds a design.
 
     python3 benches/numerical_error/measure.py target/release/salp docs/data/numerical-error.csv [--designs 100] [--full]
 """

@@ -401,14 +401,14 @@ impl Bounded {
         }
     }
 
-    /// The value with as many decimals as its bound has.
+    /// The value with one decimal more than its bound has.
     fn number(&self) -> String {
         let (value, error) = (self.value.unwrap_or_default(), self.error.unwrap_or(0.0));
         if value != 0.0 && value.abs() < 1e-3 {
             return format!("{value:.4e}");
         }
         let decimals = if error > 0.0 { decimals(error) } else { 6 };
-        format!("{value:.0$}", decimals.min(6))
+        format!("{value:.0$}", (decimals + 1).min(6))
     }
 }
 
@@ -557,10 +557,10 @@ mod tests {
         }
         let large = Bounded::new(Some(-904.168), Some(2.803));
         assert_eq!(large.words("mm\u{b2}"), "<= 0.32 %");
-        assert_eq!(large.number(), "-904.2");
+        assert_eq!(large.number(), "-904.17");
         let small = Bounded::new(Some(-0.3815), Some(0.0012));
         assert_eq!(small.error_percent, None);
         assert_eq!(small.words("mm\u{b2}"), "<= 0.0012 mm\u{b2}");
-        assert_eq!(small.number(), "-0.3815");
+        assert_eq!(small.number(), "-0.38150");
     }
 }
