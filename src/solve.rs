@@ -47,7 +47,7 @@ pub struct Solve {
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "sweep",
         value_parser = clap::value_parser!(u8).range(1..=16))]
     refine: u8,
-    /// Says how far the objective is from that of the model: five more solves, of which the finest has 16 times the elements
+    /// Says how far the objective is from that of the model: six more solves, of which the finest has 16 times the elements
     #[arg(long, conflicts_with = "sweep")]
     numerical_error: bool,
     /// Threads of --numerical-error [default: one per core]

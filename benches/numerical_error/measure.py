@@ -94,8 +94,9 @@ def limit(a, b, c):
     return second / (2**order - 1) if 0.5 <= order <= 6 else 0.0
 
 
-def measure(program, index, stratum, x, size, full, threads):
+def measure(program, index, stratum, x, size, full, threads, known):
     solver = Solver(program, scene(x, size))
+    earlier = known.get((str(index), stratum))
     answer = solver.answer("--numerical-error", "--threads", str(threads))
     row = {"design": index, "stratum": stratum, "status": answer["status"]}
     if answer["status"] != "ok":
@@ -112,6 +113,9 @@ def measure(program, index, stratum, x, size, full, threads):
     own, finest = found["own_mesh"]["value"], found["value"]
     (mesh,) = [t for t in found["terms"] if t["source"] == "mesh"]
     mid = mesh["solves"][0]["value"]
+    if earlier:
+        parts = {name: float(earlier[name]) for name in ("reference", "mesh_limit", "path_part", "bulk_part")}
+        return row | compared(found, own, finest, mid, row, **parts)
     overkill = {"tolerance": 1e-11}
     fine = solver.value(8)
     fine_steps = [solver.value(2, steps, **overkill) for steps in (8, 16)]
@@ -130,18 +134,24 @@ def measure(program, index, stratum, x, size, full, threads):
             row["status"] = "no reference"
             return row
         reference = fine + rest + path
-    row |= {
-        "reference": reference, "finest": finest, "own": own,
+        fine -= fine_steps[0] + bulk - mid  # what it has of the mesh alone
+    path += fine_steps[0] - mid
+    return row | compared(found, own, finest, mid, row, reference, fine + rest, path, bulk)
+
+
+def compared(found, own, finest, mid, row, reference, mesh_limit, path_part, bulk_part):
+    """The columns of a design with estimate and reference; the last ones are of single terms: what each is of the whole."""
+    return {
+        "reference": reference, "mesh_limit": mesh_limit, "path_part": path_part, "bulk_part": bulk_part,
+        "finest": finest, "own": own, "mid": mid,
         "finest_error": abs(finest - reference), "finest_bound": found["error"],
         "own_error": abs(own - reference), "own_bound": found["own_mesh"]["error"],
-        "kept_error": abs(finest - (reference - bulk)), "kept_bound": found["error"] - row["bulk"],
+        "kept_error": abs(finest - (reference - bulk_part)), "kept_bound": found["error"] - row["bulk"],
         "percent": found["error_percent"],
-        # Of single terms: what each is of the whole.
-        "mesh_error": abs(finest - fine - rest), "mesh_bound": row["mesh"],
-        "path_error": abs(fine_steps[0] + path - mid), "path_bound": row["path"] + row["tolerance"],
-        "bulk_error": abs(bulk), "bulk_bound": row["bulk"],
+        "mesh_error": abs(finest - mesh_limit), "mesh_bound": row["mesh"],
+        "path_error": abs(path_part), "path_bound": row["path"] + row["tolerance"],
+        "bulk_error": abs(bulk_part), "bulk_bound": row["bulk"],
     }
-    return row
 
 
 def summary(rows):
@@ -173,16 +183,22 @@ def main():
     parser.add_argument("--max-size-mm", type=float, default=None, help="default: the size rule")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--full", action="store_true")
+    parser.add_argument("--references", type=Path, help="takes the references of an earlier table, and only its designs")
     asked = parser.parse_args()
-    names = ["design", "stratum", "status", "elements", *TERMS, "order", "reference", "composed", "finest", "own", "finest_error",
+    names = ["design", "stratum", "status", "elements", *TERMS, "order", "reference", "composed", "mesh_limit", "path_part", "bulk_part", "finest", "own", "mid", "finest_error",
              "finest_bound", "own_error", "own_bound", "kept_error", "kept_bound", "percent", "mesh_error", "mesh_bound", "path_error", "path_bound", "bulk_error", "bulk_bound"]
-    rows = []
+    rows, known = [], {}
+    if asked.references:
+        with open(asked.references, newline="") as file:
+            known = {(row["design"], row["stratum"]): row for row in csv.DictReader(file) if row["reference"]}
     asked.table.parent.mkdir(parents=True, exist_ok=True)
     with open(asked.table, "w", newline="") as file:
         writer = csv.DictWriter(file, names, lineterminator="\n")
         writer.writeheader()
         for index, stratum, x in designs(asked.program, asked.designs, asked.seed, asked.threads):
-            rows.append(measure(asked.program, index, stratum, x, asked.max_size_mm, asked.full, asked.threads))
+            if known and (str(index), stratum) not in known:
+                continue
+            rows.append(measure(asked.program, index, stratum, x, asked.max_size_mm, asked.full, asked.threads, known))
             writer.writerow(rows[-1])
             file.flush()
             print({k: f"{v:.5g}" if isinstance(v, float) else v for k, v in rows[-1].items()}, flush=True)

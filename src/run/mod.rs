@@ -49,7 +49,7 @@ pub struct Run {
     /// Starts over: removes what an earlier run left in the folder
     #[arg(long)]
     fresh: bool,
-    /// Says how far the best design's objective is from that of its model: five more solves when the study has ended
+    /// Says how far the best design's objective is from that of its model: six more solves when the study has ended
     #[arg(long)]
     numerical_error: bool,
     /// Lets the study start its programs
