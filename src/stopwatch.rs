@@ -17,6 +17,7 @@ pub struct Stopwatch {
     factorisation: f64,
     adjoint: f64,
     measures: f64,
+    contact: f64,
 }
 
 impl Stopwatch {
@@ -31,6 +32,7 @@ impl Stopwatch {
             factorisation: 0.0,
             adjoint: 0.0,
             measures: 0.0,
+            contact: 0.0,
         }
     }
 
@@ -42,6 +44,7 @@ impl Stopwatch {
                 Phase::Factorisation => &mut self.factorisation,
                 Phase::Adjoint => &mut self.adjoint,
                 Phase::Measures => &mut self.measures,
+                Phase::Contact => &mut self.contact,
             };
             *seconds += since.elapsed().as_secs_f64();
         }
@@ -57,7 +60,7 @@ impl Stopwatch {
             "set_up": self.set_up,
             "assembly": self.assembly,
             "factorisation": self.factorisation,
-            "contact": 0.0,
+            "contact": self.contact,
             "measures": self.measures,
             "forward": wall - self.adjoint,
             "adjoint": self.adjoint,

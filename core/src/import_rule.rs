@@ -38,7 +38,7 @@ const RULE: &[(&str, &[&str])] = &[
         &["element", "fault", "geometry", "material", "scene"],
     ),
     ("picture", &["geometry", "mesh"]),
-    ("force", &["mesh"]),
+    ("force", &["geometry", "linear", "mesh"]),
     (
         "assembly",
         &["element", "force", "lane", "linear", "material", "mesh"],

@@ -2,10 +2,11 @@
 
 use super::block::{PointSample, PointSensitivity, Pressures};
 use super::{BlockKernel, DofMap, Pattern};
+use crate::force::self_contact::{ContactLaw, PRESSURE_OVER_MODULUS, SelfContact, Touches};
 use crate::force::{cavity_pressure, traction};
-use crate::linear::{AnalysisFailed, Elements, Solver, nested_dissection};
+use crate::linear::{AnalysisFailed, Coupling, Elements, Solver, nested_dissection};
 use crate::material::MaterialLaw;
-use crate::mesh::Discretisation;
+use crate::mesh::{Discretisation, Obstacle};
 
 /// An element whose Jacobian is not positive in the reference shape.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -39,7 +40,8 @@ pub struct Load {
 /// Result of an assembly.
 #[derive(Clone, Copy, Debug)]
 pub struct Assembled {
-    /// Smallest J over the quadrature points; where it is not positive nothing else is valid.
+    /// Smallest J over the quadrature points; where it is not positive, or surfaces are crushed into each other, nothing
+    /// else is valid.
     pub least_j: f64,
     /// Largest absolute free component of the residual, N/mm.
     pub residual: f64,
@@ -61,6 +63,8 @@ pub struct System {
     traction_forces: Vec<Vec<[f64; 2]>>,
     /// Reference area of the solid, mm^2.
     pub area: f64,
+    /// The surfaces that may meet; `None` leaves contact out.
+    pub contact: Option<SelfContact>,
 }
 
 /// Vectors of one assembly, allocated once.
@@ -71,6 +75,12 @@ pub struct Workspace {
     position: Vec<[f64; 2]>,
     /// Values of the tangent's lower triangle.
     pub tangent: Vec<f64>,
+    /// Whether contact acts: it is left out until surfaces come near.
+    pub contact_acts: bool,
+    /// The contact of the last assembly.
+    pub touches: Touches,
+    /// Its part of the tangent.
+    couplings: Vec<Coupling>,
 }
 
 impl System {
@@ -112,7 +122,7 @@ impl System {
             .collect();
         let zero = vec![[0.0; 2]; body.mesh.nodes.len()];
         let area = blocks.iter().map(|b| b.gradient_moment(&zero).0).sum();
-        Ok(Self {
+        let this = Self {
             body,
             dofs,
             pattern,
@@ -120,16 +130,68 @@ impl System {
             cavity_entries,
             traction_forces,
             area,
-        })
+            contact: None,
+        };
+        Ok(this.with_contact(laws))
+    }
+
+    fn with_contact(mut self, laws: &[MaterialLaw]) -> Self {
+        let modulus = laws
+            .iter()
+            .map(MaterialLaw::shear_modulus_mpa)
+            .fold(f64::INFINITY, f64::min);
+        self.contact = self.body.contact.map(|contact| {
+            let law = ContactLaw {
+                activation_mm: contact.activation_mm,
+                pressure_mpa: PRESSURE_OVER_MODULUS * modulus,
+            };
+            let body = &self.body;
+            SelfContact::new(law, &body.boundary, &body.obstacles, &body.mesh.nodes)
+        });
+        self
     }
 
     /// Analyses the tangent's pattern, ordered by nested dissection of the elements.
     pub fn solver(&self) -> Result<Solver, AnalysisFailed> {
+        let order = self.elimination_order(&[]);
+        Solver::new(&self.pattern.column_start, &self.pattern.row, &order)
+    }
+
+    /// Factorises the tangent of the last assembly; `false` if it is not positive definite. Where surfaces have come near
+    /// that were not, the pattern is analysed anew first.
+    pub fn factorise(&self, solver: &mut Solver, work: &Workspace) -> bool {
+        self.take_couplings(solver, work);
+        solver.factorise(&work.tangent)
+    }
+
+    /// Factorises a tangent of any inertia and counts its negative pivots.
+    pub fn factorise_indefinite(&self, solver: &mut Solver, work: &Workspace) -> usize {
+        self.take_couplings(solver, work);
+        solver.factorise_indefinite(&work.tangent)
+    }
+
+    fn take_couplings(&self, solver: &mut Solver, work: &Workspace) {
+        if !solver.covers(&work.couplings) && solver.failed_extension.is_none() {
+            let nodes: Vec<Vec<u32>> = work
+                .couplings
+                .iter()
+                .map(|c| c.nodes.iter().copied().flatten().collect())
+                .collect();
+            let (start, row) = (&self.pattern.column_start, &self.pattern.row);
+            let order = self.elimination_order(&nodes);
+            solver.extend(start, row, &work.couplings, &order);
+        }
+        solver.set_couplings(&work.couplings);
+    }
+
+    /// The order in which unknowns are eliminated: nested dissection of the elements, and of groups of nodes that couple.
+    fn elimination_order(&self, groups: &[Vec<u32>]) -> Vec<u32> {
         let mesh = &self.body.mesh;
         let nodes: Vec<&[u32]> = mesh
             .blocks
             .iter()
             .flat_map(|b| b.nodes.chunks_exact(b.kind.nodes()))
+            .chain(groups.iter().map(Vec::as_slice))
             .collect();
         let centroid = nodes
             .iter()
@@ -141,12 +203,11 @@ impl System {
                 })
             })
             .collect();
-        let order: Vec<u32> = nested_dissection(&Elements { nodes, centroid }, mesh.nodes.len())
+        nested_dissection(&Elements { nodes, centroid }, mesh.nodes.len())
             .iter()
             .flat_map(|&node| [self.dofs.unknown(node, 0), self.dofs.unknown(node, 1)])
             .filter(|&u| u != DofMap::FIXED)
-            .collect();
-        Solver::new(&self.pattern.column_start, &self.pattern.row, &order)
+            .collect()
     }
 
     /// The undeformed state.
@@ -169,7 +230,40 @@ impl System {
             external: vec![[0.0; 2]; n],
             position: vec![[0.0; 2]; n],
             tangent: vec![0.0; self.pattern.row.len()],
+            contact_acts: self.body.contact.is_some_and(|c| c.from_start),
+            touches: Touches::default(),
+            couplings: Vec::new(),
         }
+    }
+
+    /// Displacement of each obstacle under a load, mm.
+    pub fn travel(&self, load: &Load) -> Vec<[f64; 2]> {
+        let moved = |o: &Obstacle| {
+            let share = load.share[o.channel];
+            [share * o.travel_mm[0], share * o.travel_mm[1]]
+        };
+        self.body.obstacles.iter().map(moved).collect()
+    }
+
+    /// Whether surfaces of a state act on each other.
+    pub fn is_touching(&self, state: &State, load: &Load) -> bool {
+        self.contact
+            .as_ref()
+            .is_some_and(|c| c.is_touching(&self.position(state), &self.travel(load)))
+    }
+
+    /// The contact of a state.
+    pub fn touches(&self, state: &State, load: &Load) -> Option<Touches> {
+        let contact = self.contact.as_ref()?;
+        Some(contact.touches(&self.position(state), &self.travel(load), false))
+    }
+
+    /// The share of an increment that brings no two surfaces through each other; the load was `before`.
+    pub fn free_share(&self, state: &State, du: &[[f64; 2]], before: &Load, load: &Load) -> f64 {
+        self.contact.as_ref().map_or(1.0, |c| {
+            let travel = [self.travel(before), self.travel(load)];
+            c.free_share(&self.position(state), du, [&travel[0], &travel[1]])
+        })
     }
 
     /// Largest nodal external force at a load in the reference shape, N/mm.
@@ -234,6 +328,22 @@ impl System {
             *x = [reference[0] + u[0], reference[1] + u[1]];
         }
         self.add_external(load, &work.position, &mut work.external);
+        if let Some(contact) = self.contact.as_ref().filter(|_| work.contact_acts) {
+            work.touches = contact.touches(&work.position, &self.travel(load), tangent);
+            if work.touches.is_crushed() {
+                return Assembled {
+                    least_j: f64::NEG_INFINITY,
+                    residual: f64::INFINITY,
+                    force: 0.0,
+                };
+            }
+            work.touches.add_gradient(contact, &mut work.residual);
+            if tangent {
+                work.couplings = work
+                    .touches
+                    .couplings(contact, |node, i| self.dofs.unknown(node, i));
+            }
+        }
         if tangent {
             for &(slot, channel, value) in &self.cavity_entries {
                 work.tangent[slot as usize] -= load.pressure[channel as usize] * value;
@@ -348,6 +458,10 @@ impl System {
             if share != 0.0 {
                 traction::add_shape_derivative(t, &self.body.mesh.nodes, lambda, -share, out);
             }
+        }
+        if let Some(contact) = &self.contact {
+            let x = self.position(state);
+            contact.add_shape_derivative(&x, &self.travel(load), lambda, out);
         }
     }
 

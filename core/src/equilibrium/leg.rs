@@ -2,7 +2,7 @@
 
 use crate::actuation::ActuationCycle;
 use crate::assembly::{Load, System};
-use crate::mesh::Support;
+use crate::mesh::{Obstacle, Support};
 
 /// From one row of channel pressures to another.
 #[derive(Clone, Debug)]
@@ -75,10 +75,16 @@ impl Leg {
         &self.rate
     }
 
-    /// Whether supports of the body move on this leg.
+    /// Whether supports or obstacles of the body move on this leg.
     pub fn moves_supports(&self, system: &System) -> bool {
         let moves = |s: &Support| s.displacement_mm * self.rate.share[s.channel] != 0.0;
-        system.body.supports.iter().any(moves)
+        system.body.supports.iter().any(moves) || self.moves_obstacles(system)
+    }
+
+    /// Whether obstacles move on this leg.
+    pub fn moves_obstacles(&self, system: &System) -> bool {
+        let moves = |o: &Obstacle| o.travel_mm != [0.0; 2] && self.rate.share[o.channel] != 0.0;
+        system.body.obstacles.iter().any(moves)
     }
 
     /// Pressures at a fraction of this leg, kPa.

@@ -30,6 +30,8 @@ pub struct AcceptedState<'a> {
     pub least_j: f64,
     /// Negative pivots of the tangent.
     pub negative_pivots: usize,
+    /// Whether contact acts.
+    pub contact_acts: bool,
 }
 
 /// Sees the states of the path as they are accepted.
@@ -85,7 +87,13 @@ pub fn follow(
 ) -> PathReport {
     let mut tracker = Tracker::new(system, solver, cycle, settings);
     let end = match tracker.run(cycle, visitor, observer) {
-        Ok(()) => PathEnd::Complete,
+        Ok(()) => match &tracker.solver.failed_extension {
+            None => PathEnd::Complete,
+            Some(why) => NotConverged::Analysis {
+                detail: why.to_string(),
+            }
+            .into(),
+        },
         Err(end) => end,
     };
     let reached = tracker.leg.of_schedule(tracker.at.fraction).min(1.0);
@@ -208,6 +216,7 @@ impl Tracker<'_> {
             residual: self.at.residual,
             least_j: self.at.least_j,
             negative_pivots: self.negative,
+            contact_acts: self.vectors.contact_acts,
         }
     }
 }

@@ -125,8 +125,11 @@ impl Tracker<'_> {
     /// The predictor where supports move: K u_prescribed by a difference of residuals, as a predictor need not be exact.
     fn predict_moved(&mut self, step: f64, moved: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         let mut change = vec![[0.0; 2]; moved.len()];
+        // Tractions, supports and obstacles follow the shares, pressures are linear in themselves.
+        let mut pressures = self.leg.rate().clone();
+        pressures.share.fill(0.0);
         self.system
-            .add_forces(&self.at.state, self.leg.rate(), &mut change);
+            .add_forces(&self.at.state, &pressures, &mut change);
         change.iter_mut().flatten().for_each(|c| *c *= step);
         let load = self.leg.load(self.at.fraction);
         let epsilon = 1e-6;
@@ -135,12 +138,15 @@ impl Tracker<'_> {
             u[0] += epsilon * m[0];
             u[1] += epsilon * m[1];
         }
-        let mut residual = |state: &mut _| {
+        let mut moved_on = load.clone();
+        moved_on.share = self.leg.load(self.at.fraction + epsilon * step).share;
+        let mut residual = |state: &mut _, load: &_| {
             self.system
-                .assemble(state, &load, true, false, &mut self.vectors);
+                .assemble(state, load, true, false, &mut self.vectors);
             self.vectors.residual.clone()
         };
-        let (here, there) = (residual(&mut self.at.state), residual(&mut probe));
+        let here = residual(&mut self.at.state, &load);
+        let there = residual(&mut probe, &moved_on);
         for ((c, r), r0) in change.iter_mut().zip(&there).zip(&here) {
             for i in 0..2 {
                 c[i] -= (r[i] - r0[i]) / epsilon;
@@ -156,12 +162,14 @@ impl Tracker<'_> {
 
     /// Change of the prescribed displacements over a step, where there is any.
     fn prescribed_change(&self, step: f64) -> Option<Vec<[f64; 2]>> {
-        let mut moved: Option<Vec<[f64; 2]>> = None;
+        let nodes = self.system.body.mesh.nodes.len();
+        let obstacles = self.leg.moves_obstacles(self.system);
+        let mut moved: Option<Vec<[f64; 2]>> = obstacles.then(|| vec![[0.0; 2]; nodes]);
         for s in &self.system.body.supports {
             let change = s.displacement_mm * self.leg.rate().share[s.channel] * step;
             if change != 0.0 {
-                moved.get_or_insert_with(|| vec![[0.0; 2]; self.system.body.mesh.nodes.len()])
-                    [s.node as usize][s.component as usize] += change;
+                moved.get_or_insert_with(|| vec![[0.0; 2]; nodes])[s.node as usize]
+                    [s.component as usize] += change;
             }
         }
         moved

@@ -142,6 +142,8 @@ pub(super) struct Newton<'a> {
     pub work: &'a mut PathWork,
     pub vectors: &'a mut Workspace,
     pub observer: &'a mut dyn Observer,
+    /// The load of the state from which is started.
+    pub load_before: Load,
     /// The shift with which the next indefinite tangent is tried first.
     pub shift: f64,
     /// The displacements whose tangent the solver holds the factor of, where they are not those of the state: at the start
@@ -176,6 +178,7 @@ impl Newton<'_> {
         let mut last = f64::INFINITY;
         let mut shifted = 0;
         let mut bent = false;
+        let debug = std::env::var_os("SALP_DEBUG").is_some();
         let mut last_size = f64::INFINITY;
         let mut since_best = 0;
         // Whether the last step was made by the tangent of its own state: with another a residual may fall slowly.
@@ -192,7 +195,7 @@ impl Newton<'_> {
             }
             self.observer.enter(Phase::Assembly);
             let load = leg.load(fraction);
-            // A first step that moves supports must be taken whole.
+            // A first step that moves supports or obstacles must be taken whole.
             let floor = if iteration == 0 && leg.moves_supports(system) {
                 None
             } else {
@@ -204,8 +207,16 @@ impl Newton<'_> {
             let Some(assembled) = self.move_by(state, &mut du, &load, floor, at, tangent) else {
                 return Ok(Converged::No);
             };
+            self.load_before = load;
             least_j = assembled.least_j;
             let relative = assembled.residual / assembled.force.max(self.force_floor);
+            if debug {
+                let t = &self.vectors.touches;
+                eprintln!(
+                    "{iteration} f {fraction:.5} rel {relative:.3e} pairs {} least {:?} at {:.2?} p {:.4} shifted {shifted}",
+                    t.pairs, t.least_distance_mm, t.least_at_mm, t.pressure_mpa
+                );
+            }
             let missing = area.map_or(0.0, |q| q - system.conjugate(state, leg.rate()));
             if !relative.is_finite() {
                 return Ok(Converged::No);
@@ -244,6 +255,7 @@ impl Newton<'_> {
                 return Ok(Converged::No);
             }
             self.work.newton_iterations += 1;
+            self.work.contact_steps += usize::from(self.vectors.touches.pairs > 0);
             let mut change = 0.0;
             let mut size = f64::INFINITY;
             fresh = false;
@@ -330,7 +342,8 @@ impl Newton<'_> {
     }
 
     /// Moves the state by `du`, shortened until the smallest J is above `floor`, and assembles there; without a floor the
-    /// whole step is taken, or none if J vanishes. The independent pressures move by the tangent at `at`.
+    /// whole step is taken, or none if J vanishes. The independent pressures move by the tangent at `at`. Where contact acts
+    /// the step is shortened so that no surfaces pass through each other, or come much nearer to each other than they were.
     fn move_by(
         &mut self,
         state: &mut State,
@@ -342,10 +355,23 @@ impl Newton<'_> {
     ) -> Option<Assembled> {
         let system = self.system;
         let before = state.u.clone();
+        let touches = std::mem::take(&mut self.vectors.touches);
+        if self.vectors.contact_acts {
+            self.observer.enter(Phase::Contact);
+            let free = system.free_share(state, du, &self.load_before, load);
+            if free < 1.0 {
+                if floor.is_none() || free <= 0.0 {
+                    return None;
+                }
+                du.iter_mut().flatten().for_each(|d| *d *= free);
+            }
+            self.observer.enter(Phase::Assembly);
+        }
         for _ in 0..floor.map_or(1, |_| MOST_SHORTENINGS) {
             system.advance(state, du, at);
             let assembled = system.assemble(state, load, false, tangent, self.vectors);
-            if assembled.least_j > floor.unwrap_or(0.0) {
+            let rash = self.vectors.touches.is_rash_after(&touches);
+            if assembled.least_j > floor.unwrap_or(0.0) && !rash {
                 return Some(assembled);
             }
             state.u.copy_from_slice(&before);
@@ -444,7 +470,7 @@ impl Newton<'_> {
                 (0..n).for_each(|k| self.vectors.tangent[diagonal(k)] += damping - applied);
                 applied = damping;
                 self.work.factorisations += 1;
-                let definite = self.solver.factorise(&self.vectors.tangent);
+                let definite = self.system.factorise(self.solver, self.vectors);
                 let mut size = f64::INFINITY;
                 if definite {
                     system.dofs.gather(&self.vectors.residual, &mut step);
@@ -482,12 +508,12 @@ impl Newton<'_> {
     fn factorise(&mut self, seek_stable: bool, shifted: &mut usize) -> Result<bool, NotConverged> {
         self.check_work()?;
         self.work.factorisations += 1;
-        if self.solver.factorise(&self.vectors.tangent) {
+        if self.system.factorise(self.solver, self.vectors) {
             return Ok(true);
         }
         if !seek_stable || *shifted >= SHIFTED_ITERATIONS {
             self.work.factorisations += 1;
-            self.solver.factorise_indefinite(&self.vectors.tangent);
+            self.system.factorise_indefinite(self.solver, self.vectors);
             return Ok(false);
         }
         *shifted += 1;
@@ -505,12 +531,12 @@ impl Newton<'_> {
             applied = shift;
             self.check_work()?;
             self.work.factorisations += 1;
-            if self.solver.factorise(&self.vectors.tangent) {
+            if self.system.factorise(self.solver, self.vectors) {
                 self.shift = 0.2 * shift;
                 return Ok(false);
             }
             if shift > 1e3 * mean {
-                self.solver.factorise_indefinite(&self.vectors.tangent);
+                self.system.factorise_indefinite(self.solver, self.vectors);
                 return Ok(false);
             }
             shift *= 5.0;
@@ -518,6 +544,11 @@ impl Newton<'_> {
     }
 
     fn check_work(&self) -> Result<(), NotConverged> {
+        if let Some(why) = &self.solver.failed_extension {
+            return Err(NotConverged::Analysis {
+                detail: why.to_string(),
+            });
+        }
         if self.work.factorisations >= self.settings.max_factorisations {
             return Err(NotConverged::WorkLimit {
                 factorisations: self.work.factorisations,

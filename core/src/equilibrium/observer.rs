@@ -7,6 +7,8 @@ pub enum Phase {
     SetUp,
     /// Residuals and tangents.
     Assembly,
+    /// Surfaces that may touch, and steps that they allow.
+    Contact,
     /// Factorisations and solves.
     Factorisation,
     /// Adjoint solves and shape derivatives.

@@ -89,6 +89,12 @@ pub enum NotConverged {
         /// Negative pivots.
         negative: usize,
     },
+    /// The pattern of the tangent could not be analysed with the surfaces that have come near.
+    #[error("{detail}")]
+    Analysis {
+        /// Why.
+        detail: String,
+    },
     /// The limit of work was reached.
     #[error("the limit of {factorisations} factorisations was reached")]
     WorkLimit {
@@ -147,4 +153,7 @@ pub struct PathWork {
     pub snaps: usize,
     /// States accepted at round-off above the tolerance.
     pub stagnated: usize,
+    /// Newton iterations at which surfaces act on each other.
+    #[serde(default)]
+    pub contact_steps: usize,
 }

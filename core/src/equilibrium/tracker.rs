@@ -8,7 +8,7 @@ use super::status::{
 };
 use super::uniqueness::Bend;
 use crate::actuation::ActuationCycle;
-use crate::assembly::{State, System, Workspace};
+use crate::assembly::{Load, State, System, Workspace};
 use crate::linear::Solver;
 
 /// Size of a displacement that a stability verdict does not see: a few hundredths of a leg, as a loss of uniqueness is
@@ -125,10 +125,47 @@ impl<'a> Tracker<'a> {
         held: Held<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Option<Solved>, NotConverged> {
-        Ok(self
+        let start = self.without_contact(state);
+        let solved = self
             .newton(observer)
             .solve(state, least_j, first, held)?
-            .solved())
+            .solved();
+        let leg = match held {
+            Held::Load { leg, .. } | Held::LoadNearest { leg, .. } | Held::Area { leg, .. } => leg,
+        };
+        if self.must_repeat(state, solved.map(|s| leg.load(s.fraction)), start, observer) {
+            return Ok(self
+                .newton(observer)
+                .solve(state, least_j, first, held)?
+                .solved());
+        }
+        Ok(solved)
+    }
+
+    /// A copy of the state from which is started, where contact is left out so far.
+    fn without_contact(&self, state: &State) -> Option<State> {
+        (self.system.contact.is_some() && !self.vectors.contact_acts).then(|| state.clone())
+    }
+
+    /// Whether surfaces touch at a state that was found without contact: then contact acts from now on, and the state is again
+    /// what it was at the start, where none touched.
+    fn must_repeat(
+        &mut self,
+        state: &mut State,
+        load: Option<Load>,
+        start: Option<State>,
+        observer: &mut dyn Observer,
+    ) -> bool {
+        let (Some(start), Some(load)) = (start, load) else {
+            return false;
+        };
+        observer.enter(Phase::Contact);
+        if !self.system.is_touching(state, &load) {
+            return false;
+        }
+        self.vectors.contact_acts = true;
+        *state = start;
+        true
     }
 
     /// Follows a damped motion to a stable state at a fraction of the leg, from `state` moved by `first`.
@@ -141,10 +178,18 @@ impl<'a> Tracker<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Option<Solved>, NotConverged> {
         let leg = self.leg.clone();
-        Ok(self
+        let start = self.without_contact(state);
+        let solved = self
             .newton(observer)
             .relax(state, least_j, first, &leg, fraction)?
-            .solved())
+            .solved();
+        if self.must_repeat(state, solved.map(|s| leg.load(s.fraction)), start, observer) {
+            return Ok(self
+                .newton(observer)
+                .relax(state, least_j, first, &leg, fraction)?
+                .solved());
+        }
+        Ok(solved)
     }
 
     fn newton<'b>(&'b mut self, observer: &'b mut dyn Observer) -> Newton<'b> {
@@ -156,6 +201,7 @@ impl<'a> Tracker<'a> {
             work: &mut self.work,
             vectors: &mut self.vectors,
             observer,
+            load_before: self.leg.load(self.at.fraction),
             shift: 0.0,
             factored_at: &mut self.factored_at,
         }
@@ -195,11 +241,11 @@ impl<'a> Tracker<'a> {
             .assemble(&mut self.at.state, &load, true, true, &mut self.vectors);
         observer.enter(Phase::Factorisation);
         self.work.factorisations += 1;
-        self.negative = if self.solver.factorise(&self.vectors.tangent) {
+        self.negative = if self.system.factorise(self.solver, &self.vectors) {
             0
         } else {
             self.work.factorisations += 1;
-            self.solver.factorise_indefinite(&self.vectors.tangent)
+            self.system.factorise_indefinite(self.solver, &self.vectors)
         };
     }
 

@@ -2,6 +2,7 @@
 //!
 //! What is not wanted is not allocated, not computed and not paid for.
 
+use super::contact::ContactState;
 use super::limits::{Extrema, Extremum, Limits};
 use super::measure::{PathMeasure, Quantity, Sensitivities};
 use crate::actuation::{ActuationCycle, ActuationPoint};
@@ -66,6 +67,8 @@ pub struct Measured {
     pub residual: f64,
     /// Smallest J.
     pub min_jacobian: f64,
+    /// Contact, where surfaces act on each other.
+    pub contact: Option<ContactState>,
 }
 
 /// An analysis.
@@ -172,6 +175,20 @@ pub fn analyse(
     })
 }
 
+/// The contact of a state, where surfaces act on each other.
+fn contact_state(accepted: &AcceptedState<'_>) -> Option<ContactState> {
+    if !accepted.contact_acts {
+        return None;
+    }
+    let touches = accepted.system.touches(accepted.state, accepted.load)?;
+    Some(ContactState {
+        least_distance_mm: touches.least_distance_mm?,
+        pressure_mpa: touches.pressure_mpa,
+        energy: touches.energy,
+        on_obstacle: touches.on_obstacle,
+    })
+}
+
 /// Measures the accepted states.
 struct Recorder<'a> {
     probes: &'a [ProbePoint],
@@ -264,6 +281,7 @@ impl StateVisitor for Recorder<'_> {
             negative_pivots: accepted.negative_pivots,
             residual: accepted.residual,
             min_jacobian: accepted.least_j,
+            contact: contact_state(&accepted),
         });
         if self.wanted.fields {
             self.fields.push(u.clone());

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::contact::ContactAnswer;
 use crate::equilibrium::{Limit, LossOfUniqueness, PathWork};
 use crate::study::{Note, OverlapReport};
 
@@ -55,6 +56,9 @@ pub struct StateAnswer {
     pub residual: f64,
     /// Smallest J.
     pub min_jacobian: f64,
+    /// Contact, where surfaces act on each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<StateContactAnswer>,
 }
 
 /// The mesh that ran.
@@ -73,14 +77,17 @@ pub struct MeshAnswer {
     pub scaled_jacobian: Option<f64>,
 }
 
-/// Counts of work.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct WorkAnswer {
-    /// Counts of the path.
-    #[serde(flatten)]
-    pub path: PathWork,
-    /// Newton iterations with contact.
-    pub contact_steps: usize,
+/// Contact at a state.
+#[derive(Clone, Debug, Serialize)]
+pub struct StateContactAnswer {
+    /// Least distance of two points that act, mm.
+    pub least_distance_mm: f64,
+    /// Largest contact pressure, kPa.
+    pub max_pressure_kpa: f64,
+    /// Energy of the contact per mm of depth, N.
+    pub energy_n: f64,
+    /// Force on each obstacle per mm of depth, N/mm.
+    pub obstacle_force_n_per_mm: BTreeMap<String, [f64; 2]>,
 }
 
 /// The answer to a scene. `seconds` is the caller's to add: the core has no clock.
@@ -116,7 +123,10 @@ pub struct SceneAnswer {
     /// The scene as it acted.
     pub resolved: serde_json::Value,
     /// Counts.
-    pub work: WorkAnswer,
+    pub work: PathWork,
+    /// Contact, where surfaces acted on each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactAnswer>,
     /// What was left out.
     pub left_out: Vec<LeftOut>,
     /// What a reader of the numbers should know: laws used beyond their range.

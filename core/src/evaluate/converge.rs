@@ -298,7 +298,7 @@ impl<'a> Bench<'a> {
             status: answer.status,
             elements: answer.mesh.elements,
             dofs: answer.mesh.dofs,
-            factorisations: answer.work.path.factorisations,
+            factorisations: answer.work.factorisations,
             cpu_s: self.clock.cpu_s() - before,
             tip_error: None,
             area_error: None,

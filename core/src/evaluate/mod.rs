@@ -3,6 +3,7 @@
 mod accuracy;
 pub mod analysis;
 mod answer;
+mod contact;
 mod converge;
 mod gradient;
 mod limits;

@@ -1,11 +1,14 @@
 //! A scene from the resolved document to its answer.
 
 use super::analysis::{Analysis, Measured, Wanted, analyse};
-use super::answer::{LeftOut, MeshAnswer, SceneAnswer, SceneStatus, StateAnswer, WorkAnswer};
+use super::answer::{
+    LeftOut, MeshAnswer, SceneAnswer, SceneStatus, StateAnswer, StateContactAnswer,
+};
+use super::contact::{contact_answer, contact_of};
 use super::measure::{PlacedProbe, by_name, tip_displacements};
 use super::notes;
 use crate::adjoint::NodeGradient;
-use crate::equilibrium::{Control, Observer, PathEnd, Settings};
+use crate::equilibrium::{Control, Observer, PathEnd, PathWork, Settings};
 use crate::fault::Faults;
 use crate::geometry::{Actuator, InfeasibleGeometry, MeshPlan, PlanElement};
 use crate::material::MaterialLaw;
@@ -116,6 +119,10 @@ pub fn solve_scene(
             (body, laws, BodySource::File(Box::new(model)), None)
         }
     };
+    let mut body = body;
+    body.obstacles.clone_from(&scene.obstacles);
+    let (contact, lowered) = contact_of(scene.contact, scene.contact_activation_mm, &body)?;
+    body.contact = contact;
     let probes = probe_points(scene, &body)?;
     let goal = placed_goal(scene);
     let wanted = Wanted {
@@ -151,7 +158,8 @@ pub fn solve_scene(
     let node_gradient = (options.gradient && analysis.end == PathEnd::Complete)
         .then(|| goal_gradient(goal.as_ref()?, &analysis))
         .flatten();
-    let answer = answer(scene, options, &analysis, &laws, goal.as_ref(), scaled);
+    let mut answer = answer(scene, options, &analysis, &laws, goal.as_ref(), scaled);
+    answer.notes.extend(lowered);
     Ok(SceneSolution {
         answer,
         node_gradient,
@@ -233,7 +241,8 @@ fn unmeshable(scene: &Scene, reason: &str) -> SceneSolution {
             area_sampling_error_mm2: None,
             mesh: MeshAnswer::default(),
             resolved: resolved(scene),
-            work: WorkAnswer::default(),
+            work: PathWork::default(),
+            contact: None,
             left_out: Vec::new(),
             notes: Vec::new(),
         },
@@ -283,10 +292,8 @@ fn answer(
             .and_then(|t| enclosed_area::sampling_error(t, scene.actuation.load_steps_per_leg)),
         mesh: mesh_answer(analysis, scaled_jacobian),
         resolved: resolved(scene),
-        work: WorkAnswer {
-            path: analysis.work,
-            contact_steps: 0,
-        },
+        work: analysis.work,
+        contact: contact_answer(scene, &analysis.system.body, &analysis.states),
         left_out: left_out(scene, options, analysis, laws),
         notes: notes::of_ranges(&scene.body, laws, &analysis.states)
             .into_iter()
@@ -313,6 +320,17 @@ fn state_answer(scene: &Scene, s: &Measured) -> StateAnswer {
         negative_pivots: s.negative_pivots,
         residual: s.residual,
         min_jacobian: s.min_jacobian,
+        contact: s.contact.as_ref().map(|c| StateContactAnswer {
+            least_distance_mm: c.least_distance_mm,
+            max_pressure_kpa: 1e3 * c.pressure_mpa,
+            energy_n: c.energy,
+            obstacle_force_n_per_mm: scene
+                .obstacles
+                .iter()
+                .zip(&c.on_obstacle)
+                .map(|(o, f)| (o.name.clone(), *f))
+                .collect(),
+        }),
     }
 }
 
@@ -356,16 +374,12 @@ fn left_out(
         .fold(f64::INFINITY, f64::min);
     match scene.contact {
         ContactMode::Off => add("self-contact", "the scene says off".to_owned()),
+        ContactMode::On => {}
+        ContactMode::Auto if analysis.states.iter().any(|s| s.contact.is_some()) => {}
         ContactMode::Auto if gap.is_finite() => {
-            add(
-                "self-contact",
-                format!("not available yet; least gap {gap:.3} mm"),
-            );
+            add("self-contact", format!("least gap {gap:.3} mm"));
         }
-        ContactMode::Auto => add(
-            "self-contact",
-            "not available yet; no walls face each other".to_owned(),
-        ),
+        ContactMode::Auto => add("self-contact", "no walls face each other".to_owned()),
     }
     for channel in 0..scene.actuation.channels() {
         if scene

@@ -1,6 +1,7 @@
 //! One evaluation of a study: design variables in, objective, constraints and their gradients out.
 
 use super::analysis::{Analysis, Wanted, analyse};
+use super::contact::contact_of;
 use super::limits::Extremum;
 use super::measure::{PlacedProbe, by_place, tip_displacements};
 use super::notes;
@@ -154,6 +155,14 @@ fn attempt(
     let mut body = mesh.discretisation.clone();
     // Free units share the rows of the stretch with each other, as copies do.
     body.regions.fold(corners_per_unit(&chain.actuator));
+    let activation = scene.contact_activation_mm;
+    let lowered = match contact_of(scene.contact, activation, &body) {
+        Ok((contact, lowered)) => {
+            body.contact = contact;
+            lowered
+        }
+        Err(faults) => return infeasible(faults.to_string()),
+    };
     let Ok(probes) = probe_points(&scene, &body) else {
         return infeasible("the tip lies in a chamber".to_owned());
     };
@@ -195,6 +204,7 @@ fn attempt(
     };
     let mut report = report(&goal, &limits.bounds, &analysis);
     report.notes = notes::of_ranges(&scene.body, &chain.materials, &analysis.states);
+    report.notes.extend(lowered);
     let mut outcome = Outcome::without_values(status(&analysis, &limits, request.want_gradient));
     if outcome.status == OutcomeStatus::Ok {
         // Either sense counts and the request leaves it open: the better one, of objective -|A|.
@@ -331,6 +341,16 @@ fn corners_per_unit(actuator: &Actuator) -> usize {
     unit.map_or(0, |u| u.chambers_mm.iter().map(Vec::len).sum())
 }
 
+fn left_out(analysis: &Analysis) -> Vec<String> {
+    if analysis.system.body.contact.is_none() {
+        return vec!["self-contact: the study says off".to_owned()];
+    }
+    if analysis.states.iter().any(|s| s.contact.is_some()) {
+        return Vec::new();
+    }
+    vec!["self-contact: no surfaces came near each other".to_owned()]
+}
+
 fn report(
     goal: &Goal<PlacedProbe>,
     bounds: &[Bound<PlacedProbe>],
@@ -393,7 +413,7 @@ fn report(
         dofs: analysis.system.dofs.free(),
         newton_iterations: analysis.work.newton_iterations,
         factorisations: analysis.work.factorisations,
-        left_out: vec!["self-contact: not available yet".to_owned()],
+        left_out: left_out(analysis),
         notes: Vec::new(),
     }
 }

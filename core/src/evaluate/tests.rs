@@ -121,7 +121,7 @@ fn work_of_named_scenes_is_as_pinned() {
     let mut wrong = Vec::new();
     for (name, status, counts) in pinned {
         let answer = solved(&named_scene(name), &SceneOptions::default());
-        let work = &answer.work.path;
+        let work = &answer.work;
         let found = [work.newton_iterations, work.factorisations];
         let near = |(a, b): (&usize, &usize)| a.abs_diff(*b) as f64 <= 0.05 * *b as f64;
         if answer.status != status || !found.iter().zip(&counts).all(near) {

@@ -3,4 +3,5 @@
 
 pub mod cavity_pressure;
 pub mod edge;
+pub mod self_contact;
 pub mod traction;

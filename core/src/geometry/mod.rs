@@ -4,6 +4,7 @@ mod block_map;
 mod cascade;
 mod design;
 mod dual;
+mod obstacle;
 mod plan;
 pub mod polygon;
 mod rounding;
@@ -16,6 +17,7 @@ pub use cascade::cascade;
 pub use design::{
     StackedPair, VARIABLES_PER_UNIT, design_gradient, design_of_units, units_of_design,
 };
+pub use obstacle::{Obstacle, Outline, Side};
 pub use plan::{ChamberPlan, MeshPlan, PlanElement, Station, Strip, UnitPlan};
 pub use rounding::Rounded;
 pub use unit::{Actuator, InfeasibleGeometry, Point, Unit};

@@ -12,6 +12,7 @@ use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Side, Spec};
 
+use super::extension::{Coupling, Extension};
 use super::multifrontal::Multifrontal;
 use super::supernodes::Tree;
 
@@ -58,6 +59,10 @@ pub struct Solver {
     factor: Factor,
     /// Factorisations so far.
     pub factorisations: usize,
+    /// Couplings outside of the pattern that was given; then `column_start` and `row` have their places too.
+    extension: Option<Extension>,
+    /// Why an extension could not be analysed; factors leave its couplings out from then on.
+    pub failed_extension: Option<AnalysisFailed>,
 }
 
 /// Storage of an L B L' factor.
@@ -111,7 +116,42 @@ impl Solver {
             symbolic,
             factor: Factor::None,
             factorisations: 0,
+            extension: None,
+            failed_extension: None,
         })
+    }
+
+    /// Whether the analysis has places for all these couplings.
+    pub fn covers(&self, couplings: &[Coupling]) -> bool {
+        couplings.is_empty() || self.extension.as_ref().is_some_and(|e| e.covers(couplings))
+    }
+
+    /// Analyses a pattern anew with places for these couplings beside its own.
+    pub fn extend(
+        &mut self,
+        column_start: &[u32],
+        row: &[u32],
+        couplings: &[Coupling],
+        order: &[u32],
+    ) {
+        let extension = Extension::new(column_start, row, couplings);
+        match Self::new(&extension.column_start, &extension.row, order) {
+            Ok(solver) => {
+                *self = Self {
+                    extension: Some(extension),
+                    factorisations: self.factorisations,
+                    ..solver
+                };
+            }
+            Err(why) => self.failed_extension = Some(why),
+        }
+    }
+
+    /// The values of the couplings in the factorisations that follow.
+    pub fn set_couplings(&mut self, couplings: &[Coupling]) {
+        if let Some(extension) = &mut self.extension {
+            extension.set(couplings);
+        }
     }
 
     /// Unknowns.
@@ -132,6 +172,10 @@ impl Solver {
     /// Factorises a positive definite matrix; `false` if it is not.
     pub fn factorise(&mut self, values: &[f64]) -> bool {
         self.factorisations += 1;
+        let values = match &mut self.extension {
+            None => values,
+            Some(extension) => extension.merged(values),
+        };
         let definite = self.definite.factorise(values);
         self.factor = if definite {
             Factor::Cholesky
@@ -144,6 +188,10 @@ impl Solver {
     /// Factorises a symmetric matrix of any inertia and counts its negative pivots.
     pub fn factorise_indefinite(&mut self, values: &[f64]) -> usize {
         self.factorisations += 1;
+        let values = match &mut self.extension {
+            None => values,
+            Some(extension) => extension.merged(values),
+        };
         let n = self.symbolic.nrows();
         let symbolic = &self.symbolic;
         let storage = self.indefinite.get_or_insert_with(|| {
@@ -227,7 +275,8 @@ impl Solver {
                         );
                 }
             }
-            _ => {}
+            // Without a factor there is no solution; the caller sees that nothing is finite.
+            _ => rhs.fill(f64::NAN),
         }
     }
 }

@@ -6,6 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::geometry::Obstacle;
+
 /// Finite elements, each with its pressure condensed inside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -133,8 +135,21 @@ pub struct Discretisation {
     pub tractions: Vec<Traction>,
     /// All boundary loops of the solid, for gaps, crossings and pictures: outlines first, then voids.
     pub boundary: Vec<BoundaryLoop>,
+    /// Rigid obstacles.
+    pub obstacles: Vec<Obstacle>,
+    /// How surfaces that meet act on each other; `None`: not at all.
+    pub contact: Option<Contact>,
     /// Region of each element, over all blocks in order, for limits that are stated part by part; empty: one region.
     pub regions: Regions,
+}
+
+/// Contact of a body with itself and with obstacles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Surfaces farther apart than this do not act on each other, mm.
+    pub activation_mm: f64,
+    /// Whether it is computed from the start; else from the state on at which surfaces first come that near.
+    pub from_start: bool,
 }
 
 /// A partition of the solid that follows the elements, so that it does not change as nodes move.

@@ -582,6 +582,8 @@ impl<'a> Builder<'a> {
             cavities,
             tractions: vec![],
             boundary,
+            obstacles: Vec::new(),
+            contact: None,
             regions: Regions {
                 count: self.region.iter().max().map_or(0, |r| *r as usize + 1),
                 of_element: self.region,

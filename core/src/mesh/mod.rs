@@ -8,8 +8,8 @@ pub mod quality;
 pub mod vtu;
 
 pub use discretisation::{
-    BoundaryEdge, BoundaryLoop, Cavity, Discretisation, ElementBlock, ElementKind, Mesh, Regions,
-    Support, Traction,
+    BoundaryEdge, BoundaryLoop, Cavity, Contact, Discretisation, ElementBlock, ElementKind, Mesh,
+    Obstacle, Regions, Support, Traction,
 };
 pub use locate::{Location, locate};
 pub use mapped::{MappedMesh, build};

@@ -82,7 +82,11 @@ fn read_group(object: &Object<'_>) -> Option<String> {
 }
 
 /// A channel of the schedule (0 where not given), which must be actuated where something ramps with it.
-fn read_channel(object: &Object<'_>, cycle: Option<&ActuationCycle>, ramps: bool) -> Option<usize> {
+pub(super) fn read_channel(
+    object: &Object<'_>,
+    cycle: Option<&ActuationCycle>,
+    ramps: bool,
+) -> Option<usize> {
     let channel = object.or("channel", 0, |n| n.count(0, 63))?;
     let Some(cycle) = cycle else {
         return Some(channel);

@@ -7,6 +7,7 @@ pub(crate) mod actuator;
 mod material;
 pub mod measure;
 mod mesh_file;
+mod obstacle;
 mod resolved;
 mod shape;
 pub(crate) mod target;
@@ -19,12 +20,12 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::actuation::ActuationCycle;
-use crate::geometry::{Actuator, Point};
+use crate::geometry::{Actuator, Obstacle, Point};
 use crate::material::MaterialLaw;
 
 pub use material::{material_document, read_material, read_per_unit};
 pub use measure::{Bound, Goal, Measure, Sense};
-pub use validate::read_scene;
+pub use validate::{DEFAULT_ACTIVATION_MM, LEAST_ACTIVATION_MM, read_scene};
 
 /// A resolved scene; it serialises to the document that reads back to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +38,10 @@ pub struct Scene {
     pub mesh: MeshRequest,
     /// Self-contact.
     pub contact: ContactMode,
+    /// Surfaces farther apart than this do not act on each other, mm.
+    pub contact_activation_mm: f64,
+    /// Rigid obstacles.
+    pub obstacles: Vec<Obstacle>,
     /// A state is accepted when its largest free nodal residual is below this times the largest nodal force.
     pub relative_residual_force_tolerance: f64,
     /// Named points of the reference shape, in the document's order.
@@ -150,11 +155,13 @@ pub struct MeshRequest {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactMode {
-    /// Left out until contact exists, with an entry in `left_out`.
+    /// Computed from the state on at which surfaces come near to each other; else left out.
     #[default]
     Auto,
     /// Left out.
     Off,
+    /// Computed from the start.
+    On,
 }
 
 /// A named point of the reference shape.

@@ -7,6 +7,7 @@ use super::actuation::actuation_document;
 use super::actuator::actuator_document;
 use super::material::material_document;
 use super::mesh_file::{group_material_document, support_document};
+use super::obstacle::obstacle_document;
 use super::{Body, Scene};
 
 impl Scene {
@@ -48,6 +49,11 @@ impl Scene {
         put("actuation", actuation_document(&self.actuation));
         put("mesh", json!(self.mesh));
         put("contact", json!(self.contact));
+        put("contact_activation_mm", json!(self.contact_activation_mm));
+        put(
+            "obstacles",
+            self.obstacles.iter().map(obstacle_document).collect(),
+        );
         put(
             "relative_residual_force_tolerance",
             json!(self.relative_residual_force_tolerance),

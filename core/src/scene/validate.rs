@@ -8,6 +8,7 @@ use super::actuation::read_actuation;
 use super::actuator::read_actuator;
 use super::material::{read_material, read_per_unit};
 use super::mesh_file::read_groups;
+use super::obstacle::read_obstacles;
 use super::shape::strictly_inside;
 use super::target::{MeasureReader, read_one_orientation};
 use super::{
@@ -24,12 +25,19 @@ const MAX_PROBES: usize = 1000;
 /// A mesh with more elements than this would not fit the memory of any machine that runs it.
 const MAX_ELEMENTS: f64 = 2e6;
 
-const COMMON: [&str; 8] = [
+/// Activation distance of contact where the document gives none, mm.
+pub const DEFAULT_ACTIVATION_MM: f64 = 0.2;
+/// Least activation distance, mm.
+pub const LEAST_ACTIVATION_MM: f64 = 1e-3;
+
+const COMMON: [&str; 10] = [
     "version",
     "material",
     "actuation",
     "mesh",
     "contact",
+    "contact_activation_mm",
+    "obstacles",
     "relative_residual_force_tolerance",
     "probes",
     "objective",
@@ -84,6 +92,17 @@ fn read_root(node: &Node<'_>, folder: &Path) -> Option<Scene> {
         read_mesh_request(n, actuator)
     });
     let contact = root.or("contact", ContactMode::Auto, read_contact);
+    let activation = root.or(
+        "contact_activation_mm",
+        DEFAULT_ACTIVATION_MM,
+        read_activation,
+    );
+    let obstacles = root.or("obstacles", Vec::new(), |n| {
+        read_obstacles(n, actuation.as_ref(), actuator)
+    });
+    if let (Some(ContactMode::Off), Some([_, ..])) = (contact, obstacles.as_deref()) {
+        root.fault("contact", "is off, so obstacles would not act");
+    }
     let tolerance = root.or(
         "relative_residual_force_tolerance",
         DEFAULT_TOLERANCE,
@@ -99,6 +118,8 @@ fn read_root(node: &Node<'_>, folder: &Path) -> Option<Scene> {
         actuation: actuation?,
         mesh: mesh?,
         contact: contact?,
+        contact_activation_mm: activation?,
+        obstacles: obstacles?,
         relative_residual_force_tolerance: tolerance?,
         probes: probes?,
         objective: objective?,
@@ -112,12 +133,18 @@ pub fn read_tolerance(node: &Node<'_>) -> Option<f64> {
     Some(tolerance)
 }
 
-/// Reads the contact setting; `on` is a fault until contact exists.
+/// Reads the contact setting.
 pub fn read_contact(node: &Node<'_>) -> Option<ContactMode> {
-    if node.value().as_str() == Some("on") {
-        return node.fault("self-contact is not available yet; use \"auto\" or \"off\"");
-    }
-    node.choice(&[("auto", ContactMode::Auto), ("off", ContactMode::Off)])
+    node.choice(&[
+        ("auto", ContactMode::Auto),
+        ("off", ContactMode::Off),
+        ("on", ContactMode::On),
+    ])
+}
+
+/// Reads an activation distance, mm.
+pub fn read_activation(node: &Node<'_>) -> Option<f64> {
+    node.number_in(LEAST_ACTIVATION_MM, 10.0)
 }
 
 /// Reads an element's name.

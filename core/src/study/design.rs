@@ -245,6 +245,8 @@ impl Study {
                 max_size_mm: model.max_size_mm,
             },
             contact: model.contact,
+            contact_activation_mm: model.contact_activation_mm,
+            obstacles: Vec::new(),
             relative_residual_force_tolerance: model.relative_residual_force_tolerance,
             probes,
             objective,

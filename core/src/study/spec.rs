@@ -146,6 +146,8 @@ pub struct FeModel {
     pub relative_residual_force_tolerance: f64,
     /// Self-contact.
     pub contact: ContactMode,
+    /// Surfaces farther apart than this do not act on each other, mm.
+    pub contact_activation_mm: f64,
     /// The error for which element and size are chosen, where the document asks for that.
     #[serde(rename = "mesh", skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<MeshAccuracy>,

@@ -131,6 +131,8 @@ pub fn build(
             cavities,
             tractions,
             boundary: loops,
+            obstacles: Vec::new(),
+            contact: None,
             regions: Regions::default(),
         },
         laws,

@@ -2,7 +2,8 @@
 
 use crate::document::{Node, Object};
 use crate::scene::validate::{
-    DEFAULT_TOLERANCE, read_contact, read_element, read_max_size, read_tolerance,
+    DEFAULT_ACTIVATION_MM, DEFAULT_TOLERANCE, read_activation, read_contact, read_element,
+    read_max_size, read_tolerance,
 };
 use crate::scene::{ContactMode, ElementChoice};
 use crate::study::spec::{
@@ -67,6 +68,7 @@ fn read_finite_elements(object: &Object<'_>, body: Option<&StudyBody>) -> Option
         "max_size_mm",
         "relative_residual_force_tolerance",
         "contact",
+        "contact_activation_mm",
         "mesh",
     ]);
     let area = body.map(|b| {
@@ -81,6 +83,11 @@ fn read_finite_elements(object: &Object<'_>, body: Option<&StudyBody>) -> Option
         read_tolerance,
     );
     let contact = object.or("contact", ContactMode::Auto, read_contact);
+    let activation = object.or(
+        "contact_activation_mm",
+        DEFAULT_ACTIVATION_MM,
+        read_activation,
+    );
     let accuracy = object.optional("mesh", read_accuracy);
     if let Some(Some(MeshAccuracy { chosen: None, .. })) = &accuracy
         && object.nullable("max_size_mm").is_some()
@@ -96,6 +103,7 @@ fn read_finite_elements(object: &Object<'_>, body: Option<&StudyBody>) -> Option
         max_size_mm: max_size_mm?,
         relative_residual_force_tolerance: tolerance?,
         contact: contact?,
+        contact_activation_mm: activation?,
     })
 }
 

@@ -128,8 +128,8 @@ fn line(sample: &Sample, p_over_mu: f64, answer: &SceneAnswer) -> DesignLine {
             pressure_kpa: limit.pressure_kpa.clone(),
         }),
         confirmation: None,
-        newton_iterations: answer.work.path.newton_iterations,
-        factorisations: answer.work.path.factorisations,
+        newton_iterations: answer.work.newton_iterations,
+        factorisations: answer.work.factorisations,
         max_stretch: answer.path.iter().fold(1.0, |m, s| m.max(s.max_stretch)),
         negative_pivots: answer
             .path

@@ -152,7 +152,7 @@ pub fn run_extreme(
         }
         (Against::Limit, Expected::Ok) => ("nothing".into(), Some(0.0), 0.0),
     };
-    let work = answer.as_ref().map(|a| a.work.path).unwrap_or_default();
+    let work = answer.as_ref().map(|a| a.work).unwrap_or_default();
     ExtremeLine {
         group: extreme.group,
         name: extreme.name.clone(),

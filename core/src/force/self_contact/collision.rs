@@ -1,0 +1,214 @@
+//! The share of a step that surfaces can take without passing through each other.
+
+use super::surface::Bounds;
+use super::{SelfContact, kernel};
+
+/// Surfaces keep this share of the way that is free.
+const KEPT: f64 = 0.2;
+
+impl SelfContact {
+    /// The largest share in (0, 1] of the displacement increment `du` that brings no two surfaces through each other, less a
+    /// fifth of it where they would meet. `x` are the places before; the obstacles move from one travel to the other.
+    pub fn free_share(&self, x: &[[f64; 2]], du: &[[f64; 2]], travel: [&[[f64; 2]]; 2]) -> f64 {
+        let surface = &self.surface;
+        let end: Vec<[f64; 2]> = x
+            .iter()
+            .zip(du)
+            .map(|(x, d)| [x[0] + d[0], x[1] + d[1]])
+            .collect();
+        let swept: Vec<Bounds> = surface
+            .pieces
+            .iter()
+            .map(|p| {
+                let (mut a, b) = (
+                    surface.bounds(p, x, travel[0]),
+                    surface.bounds(p, &end, travel[1]),
+                );
+                a.include(b.low);
+                a.include(b.high);
+                a
+            })
+            .collect();
+        let mut first = f64::INFINITY;
+        let mut lines = [Polyline::default(), Polyline::default()];
+        for (a, b) in self.near(&swept, 0.0) {
+            let two = self.pieces([a, b]);
+            if two[0].touches(two[1])
+                && surface.is_straight(two[0], two[1], x, &self.reference)
+                && surface.is_straight(two[0], two[1], &end, &self.reference)
+            {
+                continue;
+            }
+            for (line, piece) in lines.iter_mut().zip(two) {
+                surface.places(piece, x, travel[0], &mut line.start);
+                surface.places(piece, &end, travel[1], &mut line.end);
+                let range = piece.first..piece.first + piece.points;
+                line.reference.clear();
+                line.reference.extend_from_slice(&surface.reference[range]);
+                if piece.count > 0 {
+                    line.close(piece.nodes, x, &end, &self.reference);
+                }
+            }
+            let rigid = two.iter().any(|p| p.obstacle.is_some());
+            let neighbours = Neighbours {
+                apart: if rigid {
+                    0.0
+                } else {
+                    2.0 * self.law.activation_mm
+                },
+                corner: two[0]
+                    .common_corner(two[1])
+                    .map(|c| self.reference[c as usize]),
+            };
+            let [p, q] = &lines;
+            first = first
+                .min(p.first_meeting(q, neighbours))
+                .min(q.first_meeting(p, neighbours));
+        }
+        if first > 1.0 {
+            1.0
+        } else {
+            (1.0 - KEPT) * first
+        }
+    }
+}
+
+/// What may pass through each other because it never acts on each other.
+#[derive(Clone, Copy)]
+struct Neighbours {
+    /// Parts nearer than this in the reference shape, mm.
+    apart: f64,
+    /// Parts of two sides near to this common corner.
+    corner: Option<[f64; 2]>,
+}
+
+impl Neighbours {
+    fn are(&self, p: [f64; 2], q: [f64; 2]) -> bool {
+        let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+        let fold = |c| kernel::corner_weight(distance(p, c) + distance(q, c)).0 < kernel::FOLDING;
+        distance(p, q) < self.apart || self.corner.is_some_and(fold)
+    }
+}
+
+/// A piece as a polyline that moves linearly.
+#[derive(Default)]
+struct Polyline {
+    start: Vec<[f64; 2]>,
+    end: Vec<[f64; 2]>,
+    reference: Vec<[f64; 2]>,
+}
+
+impl Polyline {
+    /// Adds the end nodes of an edge to its points.
+    fn close(&mut self, nodes: [u32; 3], x: &[[f64; 2]], end: &[[f64; 2]], reference: &[[f64; 2]]) {
+        let [a, b] = [nodes[0] as usize, nodes[1] as usize];
+        for (list, field) in [
+            (&mut self.start, x),
+            (&mut self.end, end),
+            (&mut self.reference, reference),
+        ] {
+            list.insert(0, field[a]);
+            list.push(field[b]);
+        }
+    }
+
+    /// First time in (0, 1] at which a vertex of this one meets a segment of the other; infinite if none does. Neighbours do not count.
+    fn first_meeting(&self, other: &Self, neighbours: Neighbours) -> f64 {
+        let mut whole = Bounds::empty();
+        other
+            .start
+            .iter()
+            .chain(&other.end)
+            .for_each(|p| whole.include(*p));
+        let mut first = f64::INFINITY;
+        for k in 0..self.start.len() {
+            let mut own = Bounds::empty();
+            own.include(self.start[k]);
+            own.include(self.end[k]);
+            if !own.is_near(&whole, 0.0) {
+                continue;
+            }
+            for l in 1..other.start.len() {
+                let mut segment = Bounds::empty();
+                for p in [l - 1, l] {
+                    segment.include(other.start[p]);
+                    segment.include(other.end[p]);
+                }
+                if !own.is_near(&segment, 0.0) {
+                    continue;
+                }
+                let (p, q, r) = (
+                    self.reference[k],
+                    other.reference[l - 1],
+                    other.reference[l],
+                );
+                let middle = [0.5 * (q[0] + r[0]), 0.5 * (q[1] + r[1])];
+                if neighbours.are(p, middle) {
+                    continue;
+                }
+                first = first.min(meeting(
+                    [self.start[k], other.start[l - 1], other.start[l]],
+                    [self.end[k], other.end[l - 1], other.end[l]],
+                ));
+            }
+        }
+        first
+    }
+}
+
+/// First time in [0, 1] at which the point moving from `start[0]` to `end[0]` is on the segment between the two others.
+fn meeting(start: [[f64; 2]; 3], end: [[f64; 2]; 3]) -> f64 {
+    let sub = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+    let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+    let (e0, e1) = (sub(start[2], start[1]), sub(end[2], end[1]));
+    let (w0, w1) = (sub(start[0], start[1]), sub(end[0], end[1]));
+    let (de, dw) = (sub(e1, e0), sub(w1, w0));
+    // cross(e0 + t de, w0 + t dw) = a t^2 + b t + c.
+    let (a, b, c) = (cross(de, dw), cross(e0, dw) + cross(de, w0), cross(e0, w0));
+    let mut first = f64::INFINITY;
+    for t in roots(a, b, c) {
+        if !(0.0..=1.0).contains(&t) || t >= first {
+            continue;
+        }
+        let e = [e0[0] + t * de[0], e0[1] + t * de[1]];
+        let w = [w0[0] + t * dw[0], w0[1] + t * dw[1]];
+        let along = (e[0] * w[0] + e[1] * w[1]) / (e[0] * e[0] + e[1] * e[1]).max(1e-300);
+        if (-1e-9..=1.0 + 1e-9).contains(&along) {
+            first = t;
+        }
+    }
+    first
+}
+
+/// Real roots of a t^2 + b t + c; none where all vanish.
+fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
+    let none = f64::NAN;
+    if a == 0.0 {
+        return [if b == 0.0 { none } else { -c / b }, none];
+    }
+    let discriminant = b * b - 4.0 * a * c;
+    if discriminant < 0.0 {
+        return [none; 2];
+    }
+    let q = -0.5 * (b + discriminant.sqrt().copysign(b));
+    [q / a, if q == 0.0 { none } else { c / q }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_meets_a_segment_at_the_right_time() {
+        let still = [[0.0, 0.0], [-1.0, 0.0], [1.0, 0.0]];
+        let above = |y: f64| [[0.3, y], still[1], still[2]];
+        assert!((meeting(above(1.0), above(-3.0)) - 0.25).abs() < 1e-14);
+        assert!(meeting(above(1.0), above(0.1)).is_infinite());
+        let beside = |y: f64| [[1.3, y], still[1], still[2]];
+        assert!(meeting(beside(1.0), beside(-3.0)).is_infinite());
+        // The segment turns about its start through the point at rest.
+        let start = [[1.0, 1.0], [0.0, 0.0], [3.0, 0.0]];
+        let end = [[1.0, 1.0], [0.0, 0.0], [0.0, 3.0]];
+        assert!((meeting(start, end) - 0.5).abs() < 1e-14);
+    }
+}

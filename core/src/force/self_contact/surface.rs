@@ -1,0 +1,368 @@
+//! The surfaces that may meet: edges of the boundary and of rigid obstacles, each with its quadrature points.
+
+use std::collections::BTreeMap;
+
+use crate::force::edge;
+use crate::geometry::polygon::{contains, signed_area};
+use crate::mesh::{BoundaryLoop, Obstacle};
+
+/// Largest length of a panel of Gauss points over the activation distance. At half that distance the sums then differ from
+/// the integrals by less than 1e-4: where they differ more the surfaces catch on each other instead of sliding.
+const PANEL: f64 = 0.7;
+/// Abscissae and weights of a panel.
+const GAUSS: [(f64, f64); 4] = [
+    (-0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+    (-0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+    (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+    (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+];
+/// Points of one part of an obstacle.
+const RIGID_PART: usize = 32;
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    pub low: [f64; 2],
+    pub high: [f64; 2],
+}
+
+impl Bounds {
+    pub fn empty() -> Self {
+        Self {
+            low: [f64::INFINITY; 2],
+            high: [f64::NEG_INFINITY; 2],
+        }
+    }
+
+    pub fn include(&mut self, p: [f64; 2]) {
+        for i in 0..2 {
+            self.low[i] = self.low[i].min(p[i]);
+            self.high[i] = self.high[i].max(p[i]);
+        }
+    }
+
+    pub fn is_near(&self, other: &Self, within: f64) -> bool {
+        (0..2)
+            .all(|i| self.low[i] - within <= other.high[i] && other.low[i] - within <= self.high[i])
+    }
+
+    pub fn is_near_point(&self, p: [f64; 2], within: f64) -> bool {
+        (0..2).all(|i| self.low[i] - within <= p[i] && p[i] <= self.high[i] + within)
+    }
+}
+
+/// A piece of surface.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Nodes, and their number; none of an obstacle.
+    pub nodes: [u32; 3],
+    pub count: usize,
+    /// Index into the shape tables.
+    pub table: usize,
+    /// First point, and the number of points.
+    pub first: usize,
+    pub points: usize,
+    /// The region of the complement of the solid that the piece bounds: 0 the outside, else 1 + void.
+    pub region: u32,
+    /// The obstacle of which it is a part.
+    pub obstacle: Option<u32>,
+    /// The corners of the shape between which the piece lies.
+    pub corners: Option<[u32; 2]>,
+}
+
+/// Shape functions and their derivatives at the points of an edge.
+#[derive(Clone, Debug)]
+pub struct Table {
+    pub n: Vec<[f64; 3]>,
+    pub dn: Vec<[f64; 3]>,
+}
+
+/// All pieces in the reference shape.
+#[derive(Clone, Debug, Default)]
+pub struct Surface {
+    pub pieces: Vec<Piece>,
+    pub tables: Vec<Table>,
+    /// Reference place of each point, mm.
+    pub reference: Vec<[f64; 2]>,
+    /// Reference length of each point, mm.
+    pub length: Vec<f64>,
+}
+
+impl Surface {
+    /// Samples the loops of a body's boundary (outlines first, solid on their left) and its obstacles.
+    pub fn new(
+        loops: &[BoundaryLoop],
+        obstacles: &[Obstacle],
+        x: &[[f64; 2]],
+        activation: f64,
+    ) -> Self {
+        let panel = PANEL * activation;
+        let mut this = Self::default();
+        let mut known: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+        let regions = regions(loops, x);
+        for (rim, region) in loops.iter().zip(regions) {
+            for (e, corners) in rim.edges.iter().zip(sides(rim)) {
+                let (nodes, count) = edge::nodes(e);
+                let length = reference_length(&nodes[..count], x);
+                let panels = level(length / panel);
+                let table = *known.entry((count, panels)).or_insert_with(|| {
+                    this.tables.push(Table::new(count, panels));
+                    this.tables.len() - 1
+                });
+                let points = panels * GAUSS.len();
+                let first = this.reference.len();
+                for k in 0..points {
+                    let at = |weights: &[f64; 3]| combine(weights, &nodes, count, x);
+                    let tangent = at(&this.tables[table].dn[k]);
+                    this.reference.push(at(&this.tables[table].n[k]));
+                    let weight = GAUSS[k % GAUSS.len()].1 / panels as f64;
+                    this.length.push(tangent[0].hypot(tangent[1]) * weight);
+                }
+                this.pieces.push(Piece {
+                    nodes,
+                    count,
+                    table,
+                    first,
+                    points,
+                    region,
+                    obstacle: None,
+                    corners,
+                });
+            }
+        }
+        for (index, obstacle) in obstacles.iter().enumerate() {
+            for (points, lengths) in sampled(obstacle, panel) {
+                this.pieces.push(Piece {
+                    nodes: [0; 3],
+                    count: 0,
+                    table: 0,
+                    first: this.reference.len(),
+                    points: points.len(),
+                    region: 0,
+                    obstacle: Some(index as u32),
+                    corners: None,
+                });
+                this.reference.extend(points);
+                this.length.extend(lengths);
+            }
+        }
+        this
+    }
+
+    /// Present places of a piece's points; an obstacle's have moved by `travel`.
+    pub fn places(
+        &self,
+        piece: &Piece,
+        x: &[[f64; 2]],
+        travel: &[[f64; 2]],
+        out: &mut Vec<[f64; 2]>,
+    ) {
+        out.clear();
+        match piece.obstacle {
+            None => {
+                let table = &self.tables[piece.table];
+                let of = |n: &[f64; 3]| combine(n, &piece.nodes, piece.count, x);
+                out.extend(table.n.iter().map(of));
+            }
+            Some(obstacle) => {
+                let t = travel[obstacle as usize];
+                let range = piece.first..piece.first + piece.points;
+                out.extend(
+                    self.reference[range]
+                        .iter()
+                        .map(|p| [p[0] + t[0], p[1] + t[1]]),
+                );
+            }
+        }
+    }
+
+    /// A box around a piece: of a quadratic edge that of its control points.
+    pub fn bounds(&self, piece: &Piece, x: &[[f64; 2]], travel: &[[f64; 2]]) -> Bounds {
+        let mut bounds = Bounds::empty();
+        if let Some(obstacle) = piece.obstacle {
+            let t = travel[obstacle as usize];
+            for p in &self.reference[piece.first..piece.first + piece.points] {
+                bounds.include([p[0] + t[0], p[1] + t[1]]);
+            }
+            return bounds;
+        }
+        for point in control_points(piece, x) {
+            bounds.include(point);
+        }
+        bounds
+    }
+
+    /// Whether two pieces that share a node are so nearly straight that no two points of them can be near without being
+    /// neighbours along the boundary.
+    pub fn is_straight(
+        &self,
+        a: &Piece,
+        b: &Piece,
+        x: &[[f64; 2]],
+        reference: &[[f64; 2]],
+    ) -> bool {
+        let legs = |piece: &Piece| {
+            let [p, q, r] = control_points(piece, x);
+            let [u, v, w] = control_points(piece, reference);
+            let leg = |a: [f64; 2], b: [f64; 2]| [b[0] - a[0], b[1] - a[1]];
+            let size = |l: [f64; 2]| l[0].hypot(l[1]);
+            [(leg(p, q), size(leg(u, v))), (leg(q, r), size(leg(v, w)))]
+        };
+        let all = [legs(a), legs(b)].concat();
+        let sum = all
+            .iter()
+            .fold([0.0; 2], |s, (l, _)| [s[0] + l[0], s[1] + l[1]]);
+        let size = sum[0].hypot(sum[1]);
+        // Distances along the mean direction are more than half of those along the reference boundary, and points that act
+        // are at least two activation distances apart there.
+        all.iter()
+            .all(|(l, length)| l[0] * sum[0] + l[1] * sum[1] > 0.5 * size * length)
+    }
+}
+
+impl Piece {
+    /// The corner in which the sides of two pieces meet.
+    pub fn common_corner(&self, other: &Self) -> Option<u32> {
+        let (own, others) = (self.corners?, other.corners?);
+        if own == others {
+            return None;
+        }
+        own.into_iter().find(|c| others.contains(c))
+    }
+
+    /// Whether the two pieces have a node in common.
+    pub fn touches(&self, other: &Self) -> bool {
+        let ends = |p: &Self| p.count.min(2);
+        self.nodes[..ends(self)]
+            .iter()
+            .any(|n| other.nodes[..ends(other)].contains(n))
+    }
+}
+
+impl Table {
+    fn new(count: usize, panels: usize) -> Self {
+        let t: Vec<f64> = abscissae(panels).map(|(t, _)| t).collect();
+        Self {
+            n: t.iter().map(|t| edge::shape(*t, count)).collect(),
+            dn: t
+                .iter()
+                .map(|t| edge::shape_derivative(*t, count))
+                .collect(),
+        }
+    }
+}
+
+/// The corners between which each edge of a loop lies; none on a loop without corners.
+fn sides(rim: &BoundaryLoop) -> Vec<Option<[u32; 2]>> {
+    let is_corner = |k: usize| rim.starts_at_corner.get(k).copied().unwrap_or(false);
+    let starts: Vec<usize> = (0..rim.edges.len()).filter(|k| is_corner(*k)).collect();
+    let corner = |k: usize| rim.edges[starts[k % starts.len()]].ends[0];
+    let side = |k: usize| {
+        // Edges before the first corner belong to the last side.
+        let after = starts.partition_point(|s| *s <= k);
+        (!starts.is_empty()).then(|| {
+            let begin = after + starts.len() - 1;
+            [corner(begin), corner(begin + 1)]
+        })
+    };
+    (0..rim.edges.len()).map(side).collect()
+}
+
+/// Bezier control points of an edge; of a straight one the middle is between its ends.
+fn control_points(piece: &Piece, x: &[[f64; 2]]) -> [[f64; 2]; 3] {
+    let [a, b] = [piece.nodes[0], piece.nodes[1]].map(|n| x[n as usize]);
+    let middle = if piece.count == 3 {
+        let m = x[piece.nodes[2] as usize];
+        std::array::from_fn(|i| 2.0 * m[i] - 0.5 * (a[i] + b[i]))
+    } else {
+        std::array::from_fn(|i| 0.5 * (a[i] + b[i]))
+    };
+    [a, middle, b]
+}
+
+fn combine(weights: &[f64; 3], nodes: &[u32; 3], count: usize, x: &[[f64; 2]]) -> [f64; 2] {
+    let mut sum = [0.0; 2];
+    for a in 0..count {
+        for (s, v) in sum.iter_mut().zip(x[nodes[a] as usize]) {
+            *s += weights[a] * v;
+        }
+    }
+    sum
+}
+
+fn reference_length(nodes: &[u32], x: &[[f64; 2]]) -> f64 {
+    let distance = |a: u32, b: u32| {
+        let (p, q) = (x[a as usize], x[b as usize]);
+        (p[0] - q[0]).hypot(p[1] - q[1])
+    };
+    match *nodes {
+        [a, b, m] => distance(a, m) + distance(m, b),
+        [a, b] => distance(a, b),
+        _ => 0.0,
+    }
+}
+
+/// Numbers of panels come in steps of a quarter, so that a small change of the shape seldom changes them.
+fn level(wanted: f64) -> usize {
+    let mut panels = 1_usize;
+    while (panels as f64) < wanted {
+        panels = (panels * 5).div_ceil(4);
+    }
+    panels
+}
+
+/// Gauss points on [-1, 1] in equal panels, with their weights.
+fn abscissae(panels: usize) -> impl Iterator<Item = (f64, f64)> {
+    let half = 1.0 / panels as f64;
+    (0..panels).flat_map(move |k| {
+        let middle = -1.0 + (2 * k + 1) as f64 * half;
+        GAUSS.map(|(t, w)| (middle + half * t, half * w))
+    })
+}
+
+/// The region that each loop bounds: a void is a region of its own, an outline lies in the smallest void around it or outside.
+fn regions(loops: &[BoundaryLoop], x: &[[f64; 2]]) -> Vec<u32> {
+    let polygon = |rim: &BoundaryLoop| -> Vec<[f64; 2]> {
+        rim.edges
+            .iter()
+            .flat_map(|e| [Some(e.ends[0]), e.mid])
+            .flatten()
+            .map(|n| x[n as usize])
+            .collect()
+    };
+    let polygons: Vec<_> = loops.iter().map(polygon).collect();
+    let areas: Vec<f64> = polygons.iter().map(|p| signed_area(p)).collect();
+    let own = |k: usize| {
+        if areas[k] < 0.0 {
+            return 1 + k as u32;
+        }
+        let around = (0..loops.len())
+            .filter(|&v| areas[v] < 0.0 && -areas[v] > areas[k])
+            .filter(|&v| {
+                polygons[k]
+                    .first()
+                    .is_some_and(|p| contains(&polygons[v], *p))
+            })
+            .max_by(|a, b| areas[*a].total_cmp(&areas[*b]));
+        around.map_or(0, |v| 1 + v as u32)
+    };
+    (0..loops.len()).map(own).collect()
+}
+
+/// Points and lengths of an obstacle's outline, part by part.
+fn sampled(obstacle: &Obstacle, panel: f64) -> Vec<(Vec<[f64; 2]>, Vec<f64>)> {
+    let mut points = Vec::new();
+    let mut lengths = Vec::new();
+    for side in obstacle.sides() {
+        let panels = (side.length() / panel).ceil().max(1.0) as usize;
+        for (t, weight) in abscissae(panels) {
+            points.push(side.point(0.5 * (1.0 + t)));
+            lengths.push(0.5 * weight * side.length());
+        }
+    }
+    points
+        .chunks(RIGID_PART)
+        .zip(lengths.chunks(RIGID_PART))
+        .map(|(p, l)| (p.to_vec(), l.to_vec()))
+        .collect()
+}
