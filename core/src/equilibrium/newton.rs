@@ -207,7 +207,7 @@ impl Newton<'_> {
             let Some(assembled) = self.move_by(state, &mut du, &load, floor, at, tangent) else {
                 return Ok(Converged::No);
             };
-            self.load_before = load;
+            self.load_before = load.clone();
             least_j = assembled.least_j;
             let relative = assembled.residual / assembled.force.max(self.force_floor);
             if debug {

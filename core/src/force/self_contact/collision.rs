@@ -85,7 +85,7 @@ struct Neighbours {
 impl Neighbours {
     fn are(&self, p: [f64; 2], q: [f64; 2]) -> bool {
         let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-        let fold = |c| kernel::corner_weight(distance(p, c) + distance(q, c)).0 < kernel::FOLDING;
+        let fold = |c| kernel::hardness(distance(p, c) + distance(q, c)).0 < kernel::FOLDING;
         distance(p, q) < self.apart || self.corner.is_some_and(fold)
     }
 }

@@ -8,10 +8,12 @@
 //! that p(r0 / 2) is a given pressure. As d falls p grows like c pi (r0 / d)^2.
 //!
 //! w is a function of the reference distance D of the two points: 0 below 2 r0, 1 above 4 r0, C^2 between, so that neighbours
-//! along a surface, and opposite sides of a sharp corner, do not act on each other at rest. Corners of a void fold shut as it
-//! deforms, driven by the singular strains there; that is told from walls that touch: between two sides that meet in a corner
-//! w has a second factor, 0 where the distances of the two points from the corner sum up to less than two [`FOLD_MM`] and 1
-//! above three. Between the two numbers a fold may end, so there psi is finite: of (s + e) / (1 + e), e = [`SOFTNESS`] (1 - factor).
+//! along a surface, and opposite sides of a sharp corner, do not act on each other at rest.
+//!
+//! Corners of a void fold shut as it deforms, driven at the corner itself by singular strains that no barrier should meet: there
+//! psi is of (s + e) / (1 + e), which is finite, e = [`SOFTNESS`] (1 - f), and f grows from 0 to 1 as the distances of the two
+//! points from the corner in which their sides meet sum up to [`FOLD_MM`]. So the very corner may fold through itself, while its
+//! sides, which close from there outwards, hold each other off.
 
 /// psi and its first two derivatives; 0 < s < 1.
 pub fn psi(s: f64) -> [f64; 3] {
@@ -43,22 +45,21 @@ pub fn flat_pressure(ratio: f64) -> f64 {
     -4.0 * ratio * sum * end / (3 * INTERVALS) as f64
 }
 
-/// Distance from a corner up to which its two sides may fold onto each other, mm.
-pub const FOLD_MM: f64 = 8.0;
-
-/// What is added to s where the corner's factor is 0.
-pub const SOFTNESS: f64 = 0.05;
-/// Pairs of a corner with a smaller factor than this may fold through each other.
-pub const FOLDING: f64 = 0.05;
+/// Sum of the distances of two points from a corner up to which psi is softened, mm.
+pub const FOLD_MM: f64 = 9.0;
+/// What is added to s at the corner.
+pub const SOFTNESS: f64 = 0.1;
+/// Pairs of a corner with a smaller f than this may fold through each other.
+pub const FOLDING: f64 = 0.5;
 
 /// w and its derivative with respect to D^2; D^2 in units of r0^2.
 pub fn weight(d2: f64) -> (f64, f64) {
     smooth_step(d2, 4.0, 16.0)
 }
 
-/// The factor of w between two sides of a corner, by the sum of the distances from it in mm, and its derivative.
-pub fn corner_weight(sum: f64) -> (f64, f64) {
-    smooth_step(sum, 2.0 * FOLD_MM, 3.0 * FOLD_MM)
+/// f of two sides of a corner, by the sum of the distances from it in mm, and its derivative.
+pub fn hardness(sum: f64) -> (f64, f64) {
+    smooth_step(sum, 0.0, FOLD_MM)
 }
 
 fn smooth_step(x: f64, from: f64, to: f64) -> (f64, f64) {

@@ -405,22 +405,13 @@ impl SelfContact {
             let c = self.reference[corner as usize];
             let ways = [p, q].map(|p| [p[0] - c[0], p[1] - c[1]]);
             let lengths = ways.map(|v| v[0].hypot(v[1]));
-            let (fold, fold_slope) = kernel::corner_weight(lengths[0] + lengths[1]);
-            if fold == 0.0 {
-                return false;
-            }
-            pair.scale *= fold;
-            let softness = kernel::SOFTNESS * (1.0 - fold);
+            let (hardness, slope) = kernel::hardness(lengths[0] + lengths[1]);
+            let softness = kernel::SOFTNESS * (1.0 - hardness);
             pair.s = (pair.s + softness) / (1.0 + softness);
             pair.square *= 1.0 + softness;
-            pair.folds = fold < kernel::FOLDING;
-            for ((slope, way), length) in pair.softness_slopes.iter_mut().zip(ways).zip(lengths) {
-                *slope = way.map(|v| -kernel::SOFTNESS * fold_slope * v / length);
-            }
-            for ((slope, way), length) in pair.slopes.iter_mut().zip(ways).zip(lengths) {
-                for i in 0..2 {
-                    slope[i] += fold_slope / fold * way[i] / length;
-                }
+            pair.folds = hardness < kernel::FOLDING;
+            for ((out, way), length) in pair.softness_slopes.iter_mut().zip(ways).zip(lengths) {
+                *out = way.map(|v| -kernel::SOFTNESS * slope * v / length);
             }
         }
         true
