@@ -50,43 +50,22 @@ impl SelfContact {
                 }
             }
             let rigid = two.iter().any(|p| p.obstacle.is_some());
-            let neighbours = Neighbours {
-                apart: if rigid {
-                    0.0
-                } else {
-                    2.0 * self.law.activation_mm
-                },
-                corner: two[0]
-                    .common_corner(two[1])
-                    .map(|c| self.reference[c as usize]),
+            // Nearer parts never act on each other, and may fold through each other.
+            let apart = if rigid {
+                0.0
+            } else {
+                kernel::CORNER * self.law.activation_mm
             };
             let [p, q] = &lines;
             first = first
-                .min(p.first_meeting(q, neighbours))
-                .min(q.first_meeting(p, neighbours));
+                .min(p.first_meeting(q, apart))
+                .min(q.first_meeting(p, apart));
         }
         if first > 1.0 {
             1.0
         } else {
             (1.0 - KEPT) * first
         }
-    }
-}
-
-/// What may pass through each other because it never acts on each other.
-#[derive(Clone, Copy)]
-struct Neighbours {
-    /// Parts nearer than this in the reference shape, mm.
-    apart: f64,
-    /// Parts of two sides near to this common corner.
-    corner: Option<[f64; 2]>,
-}
-
-impl Neighbours {
-    fn are(&self, p: [f64; 2], q: [f64; 2]) -> bool {
-        let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-        let fold = |c| kernel::hardness(distance(p, c) + distance(q, c)).0 < kernel::FOLDING;
-        distance(p, q) < self.apart || self.corner.is_some_and(fold)
     }
 }
 
@@ -112,8 +91,9 @@ impl Polyline {
         }
     }
 
-    /// First time in (0, 1] at which a vertex of this one meets a segment of the other; infinite if none does. Neighbours do not count.
-    fn first_meeting(&self, other: &Self, neighbours: Neighbours) -> f64 {
+    /// First time in (0, 1] at which a vertex of this one meets a segment of the other; infinite if none does.
+    /// Parts nearer than `apart` in the reference shape do not count.
+    fn first_meeting(&self, other: &Self, apart: f64) -> f64 {
         let mut whole = Bounds::empty();
         other
             .start
@@ -143,7 +123,7 @@ impl Polyline {
                     other.reference[l],
                 );
                 let middle = [0.5 * (q[0] + r[0]), 0.5 * (q[1] + r[1])];
-                if neighbours.are(p, middle) {
+                if (p[0] - middle[0]).hypot(p[1] - middle[1]) < apart {
                     continue;
                 }
                 first = first.min(meeting(

@@ -1,19 +1,17 @@
 //! The repulsion of two points of facing surfaces.
 //!
-//! Two points at a distance r with reference lengths l_i and l_j have the energy c l_i l_j w psi(s), s = (r / r0)^2,
-//! psi(s) = (1 - s)^3 / s below s = 1 and 0 beyond: C^2 at the activation distance r0, without bound as the points meet. It is a
+//! Two points at a distance r with reference lengths l_i and l_j have the energy c l_i l_j w psi(s), s = (r / r_ij)^2,
+//! psi(s) = (1 - s)^3 / s below s = 1 and 0 beyond: C^2 at the distance r_ij, without bound as the points meet. It is a
 //! function of r^2, so no root and no nearest point enters, and it is smooth in both points.
+//!
+//! r_ij is the activation distance r0, or the share [`SHRUNK`] of the reference distance D of the two points where that is less
+//! (with a smooth passage): only points that have come much nearer than they were drawn act on each other. So neither neighbours
+//! along a surface nor the sides of a corner do at rest; towards a corner that folds shut r_ij falls in proportion to the distance
+//! from it, and the sides keep an angle rather than a gap. The pressure at half of r_ij is the same everywhere. Where a
+//! corner is nearer than a fraction of r0, w ends it: 0 where D is below [`CORNER`], 1 above [`CORNER_END`].
 //!
 //! Two flat surfaces at a distance d press on each other with p(d) = -4 c (d / r0) int_0 psi'((d / r0)^2 + t^2) dt; c is such
 //! that p(r0 / 2) is a given pressure. As d falls p grows like c pi (r0 / d)^2.
-//!
-//! w is a function of the reference distance D of the two points: 0 below 2 r0, 1 above 4 r0, C^2 between, so that neighbours
-//! along a surface, and opposite sides of a sharp corner, do not act on each other at rest.
-//!
-//! Corners of a void fold shut as it deforms, driven at the corner itself by singular strains that no barrier should meet: there
-//! psi is of (s + e) / (1 + e), which is finite, e = [`SOFTNESS`] (1 - f), and f grows from 0 to 1 as the distances of the two
-//! points from the corner in which their sides meet sum up to [`FOLD_MM`]. So the very corner may fold through itself, while its
-//! sides, which close from there outwards, hold each other off.
 
 /// psi and its first two derivatives; 0 < s < 1.
 pub fn psi(s: f64) -> [f64; 3] {
@@ -45,26 +43,25 @@ pub fn flat_pressure(ratio: f64) -> f64 {
     -4.0 * ratio * sum * end / (3 * INTERVALS) as f64
 }
 
-/// Sum of the distances of two points from a corner up to which psi is softened, mm.
-pub const FOLD_MM: f64 = 9.0;
-/// What is added to s at the corner.
-pub const SOFTNESS: f64 = 0.1;
-/// Pairs of a corner with a smaller f than this may fold through each other.
-pub const FOLDING: f64 = 0.5;
+/// Points act on each other where their distance is less than this share of that in the reference shape.
+pub const SHRUNK: f64 = 0.3;
+/// Reference distances over r0 below which points do not act, and above which they fully do.
+pub const CORNER: f64 = 0.25;
+const CORNER_END: f64 = 0.5;
+
+/// (r_ij / r0)^2 and its derivative with respect to D^2, all in units of r0^2.
+pub fn radius(d2: f64) -> (f64, f64) {
+    // t / (1 + t^4)^(1/4): t for small t, 1 for large ones.
+    let t = SHRUNK * SHRUNK * d2;
+    let root = (1.0 + t.powi(4)).powf(-0.25);
+    (t * root, SHRUNK * SHRUNK * root.powi(5))
+}
 
 /// w and its derivative with respect to D^2; D^2 in units of r0^2.
 pub fn weight(d2: f64) -> (f64, f64) {
-    smooth_step(d2, 4.0, 16.0)
-}
-
-/// f of two sides of a corner, by the sum of the distances from it in mm, and its derivative.
-pub fn hardness(sum: f64) -> (f64, f64) {
-    smooth_step(sum, 0.0, FOLD_MM)
-}
-
-fn smooth_step(x: f64, from: f64, to: f64) -> (f64, f64) {
+    let (from, to) = (CORNER * CORNER, CORNER_END * CORNER_END);
     let width = to - from;
-    let t = ((x - from) / width).clamp(0.0, 1.0);
+    let t = ((d2 - from) / width).clamp(0.0, 1.0);
     let value = t * t * t * (10.0 + t * (-15.0 + 6.0 * t));
     let slope = 30.0 * t * t * (1.0 - t) * (1.0 - t) / width;
     (value, slope)
@@ -88,10 +85,12 @@ mod tests {
                 );
             }
         }
-        for d2 in [3.0, 4.5, 9.0, 15.9, 20.0] {
-            let h = 1e-5;
-            let difference = (weight(d2 + h).0 - weight(d2 - h).0) / (2.0 * h);
-            assert!((difference - weight(d2).1).abs() < 1e-8, "{d2}");
+        for d2 in [0.05, 0.1, 0.2, 0.3, 3.0, 9.0, 11.0, 15.9, 200.0] {
+            let h = 1e-6 * d2;
+            for function in [weight, radius] {
+                let difference = (function(d2 + h).0 - function(d2 - h).0) / (2.0 * h);
+                assert!((difference - function(d2).1).abs() < 1e-7, "{d2}");
+            }
         }
     }
 

@@ -30,7 +30,9 @@ pub struct ContactLaw {
 
 /// Pressure at half the activation distance over the least shear modulus of the body. The pressures that walls hold off are
 /// of this order, and in proportion to the modulus the response depends on p / mu alone.
-pub const PRESSURE_OVER_MODULUS: f64 = 0.05;
+pub const PRESSURE_OVER_MODULUS: f64 = 0.5;
+/// Points whose r_ij^2 is more than this share of r0^2 are away from corners: the least gap is theirs.
+const FAR: f64 = 0.9;
 /// Points nearer than this share of the activation distance press on each other as nothing does that is still solid.
 const CRUSHED: f64 = 0.02;
 /// Share of a gap, or of the activation distance, that a step leaves.
@@ -88,20 +90,16 @@ struct Pair {
     points: [usize; 2],
     /// r = x_i - x_j.
     r: [f64; 2],
-    /// ((|r| / r0)^2 + e) / (1 + e).
+    /// (|r| / r_ij)^2.
     s: f64,
-    /// r0^2 (1 + e).
+    /// r_ij^2, mm^2.
     square: f64,
-    /// de / dX_i, and / dX_j.
-    softness_slopes: [[f64; 2]; 2],
-    /// Whether they may fold through each other.
-    folds: bool,
+    /// d r_ij^2 / dX_i, opposite by X_j.
+    square_slope: [f64; 2],
     /// c l_i l_j w.
     scale: f64,
-    /// d ln w / dX_i, and / dX_j.
-    slopes: [[f64; 2]; 2],
-    /// The corner in which their sides meet, on which w depends.
-    corner: Option<u32>,
+    /// d ln w / dX_i, opposite by X_j.
+    weight_slope: [f64; 2],
 }
 
 impl SelfContact {
@@ -180,7 +178,8 @@ impl SelfContact {
             all.energy += c * value;
             all.pairs += 1;
             let distance = pair.r[0].hypot(pair.r[1]);
-            if !pair.folds && all.least_distance_mm.is_none_or(|d| distance < d) {
+            let far = pair.square > FAR * self.law.activation_mm.powi(2);
+            if far && all.least_distance_mm.is_none_or(|d| distance < d) {
                 all.least_distance_mm = Some(distance);
                 let place = |k: usize| self.surface.reference[two[k].first + pair.points[k]];
                 all.least_at_mm = Some([place(0), place(1)]);
@@ -188,10 +187,8 @@ impl SelfContact {
             let lower = |least: &mut Option<f64>, value: f64| {
                 *least = Some(least.map_or(value, |l| l.min(value)));
             };
-            if !pair.folds {
-                lower(&mut all.least_ratio, pair.s.sqrt());
-                lower(&mut touch.least_ratio, pair.s.sqrt());
-            }
+            lower(&mut all.least_ratio, pair.s.sqrt());
+            lower(&mut touch.least_ratio, pair.s.sqrt());
             if by_point.is_empty() {
                 by_point.resize(self.surface.reference.len(), 0.0);
             }
@@ -248,7 +245,6 @@ impl SelfContact {
         lambda: &[[f64; 2]],
         out: &mut [[f64; 2]],
     ) {
-        let square = self.law.activation_mm.powi(2);
         self.for_each_near(x, travel, 0.0, |this, a, b, places| {
             let two = this.pieces([a, b]);
             let nodes = |k: usize| two[k / 3].nodes[k % 3] as usize;
@@ -293,26 +289,15 @@ impl SelfContact {
                         d[3 * side + a][1] += scale * dn[a] * tangent[1];
                     }
                 }
-                // By the reference places on which w and e depend: n has the sign of x_i - x_j.
-                let by_softness = 2.0 * pair.scale * along / pair.square
-                    * (second * (1.0 - pair.s) - first)
-                    / (pair.square / square);
-                let slopes: [[f64; 2]; 2] = std::array::from_fn(|k| {
-                    std::array::from_fn(|i| {
-                        value * pair.slopes[k][i] + by_softness * pair.softness_slopes[k][i]
-                    })
+                // By the reference distance, on which w and r_ij depend; n has the sign of x_i - x_j.
+                let by_square =
+                    -2.0 * pair.scale * along * (second * pair.s + first) / pair.square.powi(2);
+                let slope: [f64; 2] = std::array::from_fn(|i| {
+                    value * pair.weight_slope[i] + by_square * pair.square_slope[i]
                 });
-                for (side, slope) in slopes.iter().enumerate() {
-                    let sign = if side == 0 { 1.0 } else { -1.0 };
-                    for a in 3 * side..3 * side + 3 {
-                        d[a][0] += sign * n[a] * slope[0];
-                        d[a][1] += sign * n[a] * slope[1];
-                    }
-                }
-                if let Some(corner) = pair.corner {
-                    let [p, q] = slopes;
-                    out[corner as usize][0] -= p[0] + q[0];
-                    out[corner as usize][1] -= p[1] + q[1];
+                for (d, n) in d.iter_mut().zip(&n) {
+                    d[0] += n * slope[0];
+                    d[1] += n * slope[1];
                 }
             });
             for (k, d) in d.iter().enumerate() {
@@ -354,7 +339,6 @@ impl SelfContact {
         let r0 = self.law.activation_mm;
         let square = r0 * r0;
         let rigid = a.obstacle.is_some() || b.obstacle.is_some();
-        let corner = a.common_corner(b);
         let mut bounds = Bounds::empty();
         for p in &places[1] {
             bounds.include(*p);
@@ -373,47 +357,39 @@ impl SelfContact {
                 let mut pair = Pair {
                     points: [k, l],
                     r,
-                    // Points that coincide repel without bound; a finite number lets the caller shorten its step.
-                    s: (r_square / square).max(1e-12),
+                    s: 0.0,
                     square,
-                    softness_slopes: [[0.0; 2]; 2],
-                    folds: false,
+                    square_slope: [0.0; 2],
                     scale: self.stiffness * self.surface.length[i] * self.surface.length[j],
-                    slopes: [[0.0; 2]; 2],
-                    corner,
+                    weight_slope: [0.0; 2],
                 };
-                if rigid || self.weigh([i, j], &mut pair) {
+                if !rigid && !self.weigh([i, j], &mut pair) {
+                    continue;
+                }
+                // Points that coincide repel without bound; a finite number lets the caller shorten its step.
+                pair.s = (r_square / pair.square).max(1e-12);
+                if pair.s < 1.0 {
                     visit(pair);
                 }
             }
         }
     }
 
-    /// Multiplies a pair by w, with its derivatives; `false` where w is zero.
+    /// Multiplies a pair by w and lowers its distance of action, with their derivatives; `false` where w is zero.
     fn weigh(&self, points: [usize; 2], pair: &mut Pair) -> bool {
-        let inverse = self.law.activation_mm.powi(-2);
+        let square = self.law.activation_mm.powi(2);
         let [p, q] = points.map(|k| self.surface.reference[k]);
         let apart = [p[0] - q[0], p[1] - q[1]];
-        let (w, slope) = kernel::weight((apart[0].powi(2) + apart[1].powi(2)) * inverse);
+        let d2 = (apart[0].powi(2) + apart[1].powi(2)) / square;
+        let (w, slope) = kernel::weight(d2);
         if w == 0.0 {
             return false;
         }
         pair.scale *= w;
-        let by_distance = apart.map(|a| 2.0 * a * slope * inverse / w);
-        pair.slopes = [by_distance, by_distance.map(|v| -v)];
-        if let Some(corner) = pair.corner {
-            let c = self.reference[corner as usize];
-            let ways = [p, q].map(|p| [p[0] - c[0], p[1] - c[1]]);
-            let lengths = ways.map(|v| v[0].hypot(v[1]));
-            let (hardness, slope) = kernel::hardness(lengths[0] + lengths[1]);
-            let softness = kernel::SOFTNESS * (1.0 - hardness);
-            pair.s = (pair.s + softness) / (1.0 + softness);
-            pair.square *= 1.0 + softness;
-            pair.folds = hardness < kernel::FOLDING;
-            for ((out, way), length) in pair.softness_slopes.iter_mut().zip(ways).zip(lengths) {
-                *out = way.map(|v| -kernel::SOFTNESS * slope * v / length);
-            }
-        }
+        pair.weight_slope = apart.map(|a| 2.0 * a * slope / square / w);
+        let (radius, slope) = kernel::radius(d2);
+        pair.square = radius * square;
+        pair.square_slope = apart.map(|a| 2.0 * a * slope);
         true
     }
 

@@ -16,6 +16,9 @@ const GAUSS: [(f64, f64); 4] = [
     (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
     (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
 ];
+/// Each panel next to a corner reaches from this share of its distance from it, the smallest to the corner: the share of the edge.
+const GRADED: f64 = 0.8;
+const SMALLEST: f64 = 0.15;
 /// Points of one part of an obstacle.
 const RIGID_PART: usize = 32;
 
@@ -66,8 +69,6 @@ pub struct Piece {
     pub region: u32,
     /// The obstacle of which it is a part.
     pub obstacle: Option<u32>,
-    /// The corners of the shape between which the piece lies.
-    pub corners: Option<[u32; 2]>,
 }
 
 /// Shape functions and their derivatives at the points of an edge.
@@ -75,6 +76,8 @@ pub struct Piece {
 pub struct Table {
     pub n: Vec<[f64; 3]>,
     pub dn: Vec<[f64; 3]>,
+    /// Weights on [-1, 1].
+    pub weight: Vec<f64>,
 }
 
 /// All pieces in the reference shape.
@@ -96,26 +99,28 @@ impl Surface {
         x: &[[f64; 2]],
         activation: f64,
     ) -> Self {
-        let panel = PANEL * activation;
+        let longest = PANEL * activation;
         let mut this = Self::default();
-        let mut known: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+        let mut known: BTreeMap<(usize, usize, [bool; 2]), usize> = BTreeMap::new();
         let regions = regions(loops, x);
         for (rim, region) in loops.iter().zip(regions) {
-            for (e, corners) in rim.edges.iter().zip(sides(rim)) {
+            let is_corner = |k: usize| rim.starts_at_corner.get(k % rim.edges.len()) == Some(&true);
+            for (k, e) in rim.edges.iter().enumerate() {
+                let corners = [is_corner(k), is_corner(k + 1)];
                 let (nodes, count) = edge::nodes(e);
                 let length = reference_length(&nodes[..count], x);
-                let panels = level(length / panel);
-                let table = *known.entry((count, panels)).or_insert_with(|| {
-                    this.tables.push(Table::new(count, panels));
+                let panels = level(length / longest);
+                let table = *known.entry((count, panels, corners)).or_insert_with(|| {
+                    this.tables.push(Table::new(count, panels, corners));
                     this.tables.len() - 1
                 });
-                let points = panels * GAUSS.len();
+                let points = this.tables[table].n.len();
                 let first = this.reference.len();
                 for k in 0..points {
                     let at = |weights: &[f64; 3]| combine(weights, &nodes, count, x);
                     let tangent = at(&this.tables[table].dn[k]);
                     this.reference.push(at(&this.tables[table].n[k]));
-                    let weight = GAUSS[k % GAUSS.len()].1 / panels as f64;
+                    let weight = this.tables[table].weight[k];
                     this.length.push(tangent[0].hypot(tangent[1]) * weight);
                 }
                 this.pieces.push(Piece {
@@ -126,12 +131,11 @@ impl Surface {
                     points,
                     region,
                     obstacle: None,
-                    corners,
                 });
             }
         }
         for (index, obstacle) in obstacles.iter().enumerate() {
-            for (points, lengths) in sampled(obstacle, panel) {
+            for (points, lengths) in sampled(obstacle, longest) {
                 this.pieces.push(Piece {
                     nodes: [0; 3],
                     count: 0,
@@ -140,7 +144,6 @@ impl Surface {
                     points: points.len(),
                     region: 0,
                     obstacle: Some(index as u32),
-                    corners: None,
                 });
                 this.reference.extend(points);
                 this.length.extend(lengths);
@@ -213,23 +216,14 @@ impl Surface {
             .iter()
             .fold([0.0; 2], |s, (l, _)| [s[0] + l[0], s[1] + l[1]]);
         let size = sum[0].hypot(sum[1]);
-        // Distances along the mean direction are more than half of those along the reference boundary, and points that act
-        // are at least two activation distances apart there.
+        // Distances along the mean direction are more than half of those along the reference boundary: more than
+        // [`SHRUNK`](super::kernel::SHRUNK) of them.
         all.iter()
             .all(|(l, length)| l[0] * sum[0] + l[1] * sum[1] > 0.5 * size * length)
     }
 }
 
 impl Piece {
-    /// The corner in which the sides of two pieces meet.
-    pub fn common_corner(&self, other: &Self) -> Option<u32> {
-        let (own, others) = (self.corners?, other.corners?);
-        if own == others {
-            return None;
-        }
-        own.into_iter().find(|c| others.contains(c))
-    }
-
     /// Whether the two pieces have a node in common.
     pub fn touches(&self, other: &Self) -> bool {
         let ends = |p: &Self| p.count.min(2);
@@ -240,32 +234,47 @@ impl Piece {
 }
 
 impl Table {
-    fn new(count: usize, panels: usize) -> Self {
-        let t: Vec<f64> = abscissae(panels).map(|(t, _)| t).collect();
-        Self {
-            n: t.iter().map(|t| edge::shape(*t, count)).collect(),
-            dn: t
-                .iter()
-                .map(|t| edge::shape_derivative(*t, count))
-                .collect(),
+    /// Panels of an edge; towards a corner they become smaller, as the distance does at which points act.
+    fn new(count: usize, panels: usize, corners: [bool; 2]) -> Self {
+        let mut ends: Vec<f64> = (0..=panels)
+            .map(|k| 2.0 * k as f64 / panels as f64 - 1.0)
+            .collect();
+        for (sign, _) in [(-1.0, 0), (1.0, 1)]
+            .into_iter()
+            .filter(|(_, k)| corners[*k])
+        {
+            // Distances from the corner, the edge being 2 long.
+            let mut graded = vec![2.0];
+            while let Some(last) = graded.last().copied().filter(|l| *l > SMALLEST) {
+                let equal = last - 2.0 / panels as f64;
+                graded.push((GRADED * last).max(equal));
+            }
+            graded.push(0.0);
+            let inner = graded.into_iter().map(|x| sign * (1.0 - x));
+            let other = if corners[0] && corners[1] {
+                0.0
+            } else {
+                sign * -1.0
+            };
+            ends.retain(|t| sign * (t - other) < 0.0);
+            ends.extend(inner.filter(|t| sign * (t - other) >= 0.0));
         }
+        ends.sort_by(f64::total_cmp);
+        ends.dedup();
+        let mut this = Self {
+            n: Vec::new(),
+            dn: Vec::new(),
+            weight: Vec::new(),
+        };
+        for end in ends.windows(2) {
+            for (t, w) in panel(end[0], end[1]) {
+                this.n.push(edge::shape(t, count));
+                this.dn.push(edge::shape_derivative(t, count));
+                this.weight.push(w);
+            }
+        }
+        this
     }
-}
-
-/// The corners between which each edge of a loop lies; none on a loop without corners.
-fn sides(rim: &BoundaryLoop) -> Vec<Option<[u32; 2]>> {
-    let is_corner = |k: usize| rim.starts_at_corner.get(k).copied().unwrap_or(false);
-    let starts: Vec<usize> = (0..rim.edges.len()).filter(|k| is_corner(*k)).collect();
-    let corner = |k: usize| rim.edges[starts[k % starts.len()]].ends[0];
-    let side = |k: usize| {
-        // Edges before the first corner belong to the last side.
-        let after = starts.partition_point(|s| *s <= k);
-        (!starts.is_empty()).then(|| {
-            let begin = after + starts.len() - 1;
-            [corner(begin), corner(begin + 1)]
-        })
-    };
-    (0..rim.edges.len()).map(side).collect()
 }
 
 /// Bezier control points of an edge; of a straight one the middle is between its ends.
@@ -311,13 +320,10 @@ fn level(wanted: f64) -> usize {
     panels
 }
 
-/// Gauss points on [-1, 1] in equal panels, with their weights.
-fn abscissae(panels: usize) -> impl Iterator<Item = (f64, f64)> {
-    let half = 1.0 / panels as f64;
-    (0..panels).flat_map(move |k| {
-        let middle = -1.0 + (2 * k + 1) as f64 * half;
-        GAUSS.map(|(t, w)| (middle + half * t, half * w))
-    })
+/// Gauss points of a panel, with their weights.
+fn panel(from: f64, to: f64) -> [(f64, f64); 4] {
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+    GAUSS.map(|(t, w)| (middle + half * t, half * w))
 }
 
 /// The region that each loop bounds: a void is a region of its own, an outline lies in the smallest void around it or outside.
@@ -350,14 +356,17 @@ fn regions(loops: &[BoundaryLoop], x: &[[f64; 2]]) -> Vec<u32> {
 }
 
 /// Points and lengths of an obstacle's outline, part by part.
-fn sampled(obstacle: &Obstacle, panel: f64) -> Vec<(Vec<[f64; 2]>, Vec<f64>)> {
+fn sampled(obstacle: &Obstacle, longest: f64) -> Vec<(Vec<[f64; 2]>, Vec<f64>)> {
     let mut points = Vec::new();
     let mut lengths = Vec::new();
     for side in obstacle.sides() {
-        let panels = (side.length() / panel).ceil().max(1.0) as usize;
-        for (t, weight) in abscissae(panels) {
-            points.push(side.point(0.5 * (1.0 + t)));
-            lengths.push(0.5 * weight * side.length());
+        let panels = (side.length() / longest).ceil().max(1.0) as usize;
+        for k in 0..panels {
+            let end = |k: usize| k as f64 / panels as f64;
+            for (t, weight) in panel(end(k), end(k + 1)) {
+                points.push(side.point(t));
+                lengths.push(weight * side.length());
+            }
         }
     }
     points
