@@ -178,7 +178,6 @@ impl Newton<'_> {
         let mut last = f64::INFINITY;
         let mut shifted = 0;
         let mut bent = false;
-        let debug = std::env::var_os("SALP_DEBUG").is_some();
         let mut last_size = f64::INFINITY;
         let mut since_best = 0;
         // Whether the last step was made by the tangent of its own state: with another a residual may fall slowly.
@@ -210,13 +209,6 @@ impl Newton<'_> {
             self.load_before = load.clone();
             least_j = assembled.least_j;
             let relative = assembled.residual / assembled.force.max(self.force_floor);
-            if debug {
-                let t = &self.vectors.touches;
-                eprintln!(
-                    "{iteration} f {fraction:.5} rel {relative:.3e} pairs {} least {:?} at {:.2?} p {:.4} shifted {shifted}",
-                    t.pairs, t.least_distance_mm, t.least_at_mm, t.pressure_mpa
-                );
-            }
             let missing = area.map_or(0.0, |q| q - system.conjugate(state, leg.rate()));
             if !relative.is_finite() {
                 return Ok(Converged::No);

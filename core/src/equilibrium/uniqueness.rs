@@ -308,6 +308,7 @@ impl Tracker<'_> {
         observer: &mut dyn Observer,
     ) -> Result<(), NotConverged> {
         let stable = self.at.clone();
+        let contact_acts = self.vectors.contact_acts;
         let leg = self.leg.clone();
         let held = Held::LoadNearest {
             leg: &leg,
@@ -353,6 +354,7 @@ impl Tracker<'_> {
                 break;
             }
         }
+        self.vectors.contact_acts = contact_acts;
         self.return_to(stable, observer);
         Ok(())
     }

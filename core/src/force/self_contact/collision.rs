@@ -29,6 +29,7 @@ impl SelfContact {
                 a
             })
             .collect();
+        let still = vec![[0.0; 2]; self.obstacles];
         let mut first = f64::INFINITY;
         let mut lines = [Polyline::default(), Polyline::default()];
         for (a, b) in self.near(&swept, 0.0) {
@@ -40,14 +41,9 @@ impl SelfContact {
                 continue;
             }
             for (line, piece) in lines.iter_mut().zip(two) {
-                surface.places(piece, x, travel[0], &mut line.start);
-                surface.places(piece, &end, travel[1], &mut line.end);
-                let range = piece.first..piece.first + piece.points;
-                line.reference.clear();
-                line.reference.extend_from_slice(&surface.reference[range]);
-                if piece.count > 0 {
-                    line.close(piece.nodes, x, &end, &self.reference);
-                }
+                surface.ends(piece, x, travel[0], &mut line.start);
+                surface.ends(piece, &end, travel[1], &mut line.end);
+                surface.ends(piece, &self.reference, &still, &mut line.reference);
             }
             let rigid = two.iter().any(|p| p.obstacle.is_some());
             // Nearer parts never act on each other, and may fold through each other.
@@ -69,7 +65,7 @@ impl SelfContact {
     }
 }
 
-/// A piece as a polyline that moves linearly.
+/// A piece as a polyline between the ends of its panels, each of which moves linearly.
 #[derive(Default)]
 struct Polyline {
     start: Vec<[f64; 2]>,
@@ -78,61 +74,51 @@ struct Polyline {
 }
 
 impl Polyline {
-    /// Adds the end nodes of an edge to its points.
-    fn close(&mut self, nodes: [u32; 3], x: &[[f64; 2]], end: &[[f64; 2]], reference: &[[f64; 2]]) {
-        let [a, b] = [nodes[0] as usize, nodes[1] as usize];
-        for (list, field) in [
-            (&mut self.start, x),
-            (&mut self.end, end),
-            (&mut self.reference, reference),
-        ] {
-            list.insert(0, field[a]);
-            list.push(field[b]);
-        }
-    }
-
     /// First time in (0, 1] at which a vertex of this one meets a segment of the other; infinite if none does.
     /// Parts nearer than `apart` in the reference shape do not count.
     fn first_meeting(&self, other: &Self, apart: f64) -> f64 {
-        let mut whole = Bounds::empty();
-        other
-            .start
-            .iter()
-            .chain(&other.end)
-            .for_each(|p| whole.include(*p));
+        let whole = other.swept(0..other.start.len());
+        let mine = self.swept(0..self.start.len());
+        let segments: Vec<(usize, Bounds)> = (1..other.start.len())
+            .map(|l| (l, other.swept(l - 1..l + 1)))
+            .filter(|(_, bounds)| bounds.is_near(&mine, 0.0))
+            .collect();
         let mut first = f64::INFINITY;
         for k in 0..self.start.len() {
-            let mut own = Bounds::empty();
-            own.include(self.start[k]);
-            own.include(self.end[k]);
+            let own = self.swept(k..k + 1);
             if !own.is_near(&whole, 0.0) {
                 continue;
             }
-            for l in 1..other.start.len() {
-                let mut segment = Bounds::empty();
-                for p in [l - 1, l] {
-                    segment.include(other.start[p]);
-                    segment.include(other.end[p]);
-                }
-                if !own.is_near(&segment, 0.0) {
+            for (l, segment) in &segments {
+                if !own.is_near(segment, 0.0) {
                     continue;
                 }
                 let (p, q, r) = (
                     self.reference[k],
                     other.reference[l - 1],
-                    other.reference[l],
+                    other.reference[*l],
                 );
-                let middle = [0.5 * (q[0] + r[0]), 0.5 * (q[1] + r[1])];
-                if (p[0] - middle[0]).hypot(p[1] - middle[1]) < apart {
+                let way = [p[0] - 0.5 * (q[0] + r[0]), p[1] - 0.5 * (q[1] + r[1])];
+                if way[0] * way[0] + way[1] * way[1] < apart * apart {
                     continue;
                 }
                 first = first.min(meeting(
-                    [self.start[k], other.start[l - 1], other.start[l]],
-                    [self.end[k], other.end[l - 1], other.end[l]],
+                    [self.start[k], other.start[l - 1], other.start[*l]],
+                    [self.end[k], other.end[l - 1], other.end[*l]],
                 ));
             }
         }
         first
+    }
+
+    /// A box around some of its vertices over the whole motion.
+    fn swept(&self, vertices: std::ops::Range<usize>) -> Bounds {
+        let mut bounds = Bounds::empty();
+        for k in vertices {
+            bounds.include(self.start[k]);
+            bounds.include(self.end[k]);
+        }
+        bounds
     }
 }
 

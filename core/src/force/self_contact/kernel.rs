@@ -44,7 +44,7 @@ pub fn flat_pressure(ratio: f64) -> f64 {
 }
 
 /// Points act on each other where their distance is less than this share of that in the reference shape.
-pub const SHRUNK: f64 = 0.3;
+pub const SHRUNK: f64 = 0.2;
 /// Reference distances over r0 below which points do not act, and above which they fully do.
 pub const CORNER: f64 = 0.25;
 const CORNER_END: f64 = 0.5;

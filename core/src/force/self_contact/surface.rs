@@ -19,8 +19,8 @@ const GAUSS: [(f64, f64); 4] = [
 /// Each panel next to a corner reaches from this share of its distance from it, the smallest to the corner: the share of the edge.
 const GRADED: f64 = 0.8;
 const SMALLEST: f64 = 0.15;
-/// Points of one part of an obstacle.
-const RIGID_PART: usize = 32;
+/// Panels of one part of an obstacle.
+const RIGID_PART: usize = 8;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +69,8 @@ pub struct Piece {
     pub region: u32,
     /// The obstacle of which it is a part.
     pub obstacle: Option<u32>,
+    /// Ends of an obstacle's panels where it starts, mm.
+    pub ends: Vec<[f64; 2]>,
 }
 
 /// Shape functions and their derivatives at the points of an edge.
@@ -78,6 +80,8 @@ pub struct Table {
     pub dn: Vec<[f64; 3]>,
     /// Weights on [-1, 1].
     pub weight: Vec<f64>,
+    /// Shape functions at the ends of the panels.
+    pub ends: Vec<[f64; 3]>,
 }
 
 /// All pieces in the reference shape.
@@ -131,22 +135,24 @@ impl Surface {
                     points,
                     region,
                     obstacle: None,
+                    ends: Vec::new(),
                 });
             }
         }
         for (index, obstacle) in obstacles.iter().enumerate() {
-            for (points, lengths) in sampled(obstacle, longest) {
+            for part in sampled(obstacle, longest) {
                 this.pieces.push(Piece {
                     nodes: [0; 3],
                     count: 0,
                     table: 0,
                     first: this.reference.len(),
-                    points: points.len(),
+                    points: part.points.len(),
                     region: 0,
                     obstacle: Some(index as u32),
+                    ends: part.ends,
                 });
-                this.reference.extend(points);
-                this.length.extend(lengths);
+                this.reference.extend(part.points);
+                this.length.extend(part.lengths);
             }
         }
         this
@@ -179,12 +185,33 @@ impl Surface {
         }
     }
 
+    /// Present places of the ends of a piece's panels.
+    pub fn ends(
+        &self,
+        piece: &Piece,
+        x: &[[f64; 2]],
+        travel: &[[f64; 2]],
+        out: &mut Vec<[f64; 2]>,
+    ) {
+        out.clear();
+        match piece.obstacle {
+            None => {
+                let of = |n: &[f64; 3]| combine(n, &piece.nodes, piece.count, x);
+                out.extend(self.tables[piece.table].ends.iter().map(of));
+            }
+            Some(obstacle) => {
+                let t = travel[obstacle as usize];
+                out.extend(piece.ends.iter().map(|p| [p[0] + t[0], p[1] + t[1]]));
+            }
+        }
+    }
+
     /// A box around a piece: of a quadratic edge that of its control points.
     pub fn bounds(&self, piece: &Piece, x: &[[f64; 2]], travel: &[[f64; 2]]) -> Bounds {
         let mut bounds = Bounds::empty();
         if let Some(obstacle) = piece.obstacle {
             let t = travel[obstacle as usize];
-            for p in &self.reference[piece.first..piece.first + piece.points] {
+            for p in &piece.ends {
                 bounds.include([p[0] + t[0], p[1] + t[1]]);
             }
             return bounds;
@@ -265,6 +292,7 @@ impl Table {
             n: Vec::new(),
             dn: Vec::new(),
             weight: Vec::new(),
+            ends: ends.iter().map(|t| edge::shape(*t, count)).collect(),
         };
         for end in ends.windows(2) {
             for (t, w) in panel(end[0], end[1]) {
@@ -355,23 +383,33 @@ fn regions(loops: &[BoundaryLoop], x: &[[f64; 2]]) -> Vec<u32> {
     (0..loops.len()).map(own).collect()
 }
 
-/// Points and lengths of an obstacle's outline, part by part.
-fn sampled(obstacle: &Obstacle, longest: f64) -> Vec<(Vec<[f64; 2]>, Vec<f64>)> {
-    let mut points = Vec::new();
-    let mut lengths = Vec::new();
+/// A part of an obstacle: points, their lengths, the ends of its panels.
+#[derive(Default)]
+struct Part {
+    points: Vec<[f64; 2]>,
+    lengths: Vec<f64>,
+    ends: Vec<[f64; 2]>,
+}
+
+/// The parts of an obstacle's outline.
+fn sampled(obstacle: &Obstacle, longest: f64) -> Vec<Part> {
+    let mut parts = Vec::new();
     for side in obstacle.sides() {
         let panels = (side.length() / longest).ceil().max(1.0) as usize;
-        for k in 0..panels {
-            let end = |k: usize| k as f64 / panels as f64;
-            for (t, weight) in panel(end(k), end(k + 1)) {
-                points.push(side.point(t));
-                lengths.push(weight * side.length());
+        let share = |k: usize| k as f64 / panels as f64;
+        for first in (0..panels).step_by(RIGID_PART) {
+            let mut part = Part::default();
+            let last = (first + RIGID_PART).min(panels);
+            for k in first..last {
+                part.ends.push(side.point(share(k)));
+                for (t, weight) in panel(share(k), share(k + 1)) {
+                    part.points.push(side.point(t));
+                    part.lengths.push(weight * side.length());
+                }
             }
+            part.ends.push(side.point(share(last)));
+            parts.push(part);
         }
     }
-    points
-        .chunks(RIGID_PART)
-        .zip(lengths.chunks(RIGID_PART))
-        .map(|(p, l)| (p.to_vec(), l.to_vec()))
-        .collect()
+    parts
 }
