@@ -70,7 +70,10 @@ impl Gradient {
         });
         ended_well(&solution.answer)?;
         // Without a finite error the check has failed as well.
-        if lines.iter().all(|line| line.best_error <= check_bound()) {
+        if lines
+            .iter()
+            .all(|line| line.best_error <= check_bound(&solution.answer))
+        {
             Ok(())
         } else {
             Err(Failure::Run(

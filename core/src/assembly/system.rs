@@ -258,6 +258,13 @@ impl System {
         Some(contact.touches(&self.position(state), &self.travel(load), false))
     }
 
+    /// How far surfaces of a state have passed into each other, mm.
+    pub fn penetration(&self, state: &State, load: &Load) -> f64 {
+        self.contact.as_ref().map_or(0.0, |c| {
+            c.penetration(&self.position(state), &self.travel(load))
+        })
+    }
+
     /// The share of an increment that brings no two surfaces through each other; the load was `before`.
     pub fn free_share(&self, state: &State, du: &[[f64; 2]], before: &Load, load: &Load) -> f64 {
         self.contact.as_ref().map_or(1.0, |c| {

@@ -181,8 +181,9 @@ fn contact_state(accepted: &AcceptedState<'_>) -> Option<ContactState> {
         return None;
     }
     let touches = accepted.system.touches(accepted.state, accepted.load)?;
-    Some(ContactState {
-        least_distance_mm: touches.least_distance_mm?,
+    (touches.pairs > 0).then(|| ContactState {
+        least_distance_mm: touches.least_distance_mm,
+        penetration_mm: accepted.system.penetration(accepted.state, accepted.load),
         pressure_mpa: touches.pressure_mpa,
         energy: touches.energy,
         on_obstacle: touches.on_obstacle,

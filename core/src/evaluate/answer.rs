@@ -80,8 +80,8 @@ pub struct MeshAnswer {
 /// Contact at a state.
 #[derive(Clone, Debug, Serialize)]
 pub struct StateContactAnswer {
-    /// Least distance of two points that act, mm.
-    pub least_distance_mm: f64,
+    /// Least distance of two points that act, away from corners that fold shut, mm; `None` where only such corners act.
+    pub least_distance_mm: Option<f64>,
     /// Largest contact pressure, kPa.
     pub max_pressure_kpa: f64,
     /// Energy of the contact per mm of depth, N.

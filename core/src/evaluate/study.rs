@@ -1,7 +1,7 @@
 //! One evaluation of a study: design variables in, objective, constraints and their gradients out.
 
 use super::analysis::{Analysis, Wanted, analyse};
-use super::contact::contact_of;
+use super::contact::contact_of_study;
 use super::limits::Extremum;
 use super::measure::{PlacedProbe, by_place, tip_displacements};
 use super::notes;
@@ -155,14 +155,7 @@ fn attempt(
     let mut body = mesh.discretisation.clone();
     // Free units share the rows of the stretch with each other, as copies do.
     body.regions.fold(corners_per_unit(&chain.actuator));
-    let activation = scene.contact_activation_mm;
-    let lowered = match contact_of(scene.contact, activation, &body) {
-        Ok((contact, lowered)) => {
-            body.contact = contact;
-            lowered
-        }
-        Err(faults) => return infeasible(faults.to_string()),
-    };
+    body.contact = contact_of_study(scene.contact, scene.contact_activation_mm);
     let Ok(probes) = probe_points(&scene, &body) else {
         return infeasible("the tip lies in a chamber".to_owned());
     };
@@ -204,7 +197,6 @@ fn attempt(
     };
     let mut report = report(&goal, &limits.bounds, &analysis);
     report.notes = notes::of_ranges(&scene.body, &chain.materials, &analysis.states);
-    report.notes.extend(lowered);
     let mut outcome = Outcome::without_values(status(&analysis, &limits, request.want_gradient));
     if outcome.status == OutcomeStatus::Ok {
         // Either sense counts and the request leaves it open: the better one, of objective -|A|.

@@ -238,18 +238,18 @@ pub(super) fn gradient(bench: &mut Bench<'_>, element: ElementKind) {
         let checked = read(&document).and_then(|scene| {
             let (answer, lines) = check_gradient(&scene, bench.observer())?;
             if answer.status == SceneStatus::Ok {
-                Ok(lines)
+                Ok((check_bound(&answer), lines))
             } else {
                 Err(Unsolved::Path(format!("{:?}", answer.status)))
             }
         });
         match checked {
-            Ok(lines) => bench.check(Checked {
+            Ok((bound, lines)) => bench.check(Checked {
                 quantity: format!("{name}: worst of {} variables", lines.len()),
                 value: lines.iter().map(|l| l.best_error).fold(0.0, f64::max),
                 expected: 0.0,
                 scale: 1.0,
-                bound: check_bound(),
+                bound,
                 orders: None,
             }),
             Err(reason) => bench.unsolved("gradient", &reason),

@@ -46,12 +46,8 @@ impl SelfContact {
                 surface.ends(piece, &self.reference, &still, &mut line.reference);
             }
             let rigid = two.iter().any(|p| p.obstacle.is_some());
-            // Nearer parts never act on each other, and may fold through each other.
-            let apart = if rigid {
-                0.0
-            } else {
-                kernel::CORNER * self.law.activation_mm
-            };
+            // Nearer parts may fold through each other.
+            let apart = if rigid { 0.0 } else { self.least_apart() };
             let [p, q] = &lines;
             first = first
                 .min(p.first_meeting(q, apart))
@@ -62,6 +58,64 @@ impl SelfContact {
         } else {
             (1.0 - KEPT) * first
         }
+    }
+}
+
+impl SelfContact {
+    /// How far surfaces have passed into each other at places `x`, mm: of crossing segments the least distance by which an end is
+    /// beyond the other; 0 where none cross. Parts that never act on each other do not count.
+    pub fn penetration(&self, x: &[[f64; 2]], travel: &[[f64; 2]]) -> f64 {
+        let surface = &self.surface;
+        let bounds: Vec<Bounds> = surface
+            .pieces
+            .iter()
+            .map(|p| surface.bounds(p, x, travel))
+            .collect();
+        let still = vec![[0.0; 2]; self.obstacles];
+        let mut lines = [Polyline::default(), Polyline::default()];
+        let mut deepest = 0.0_f64;
+        for (a, b) in self.near(&bounds, 0.0) {
+            let two = self.pieces([a, b]);
+            if two[0].touches(two[1]) && surface.is_straight(two[0], two[1], x, &self.reference) {
+                continue;
+            }
+            for (line, piece) in lines.iter_mut().zip(two) {
+                surface.ends(piece, x, travel, &mut line.start);
+                surface.ends(piece, &self.reference, &still, &mut line.reference);
+            }
+            let rigid = two.iter().any(|p| p.obstacle.is_some());
+            let apart = if rigid { 0.0 } else { self.least_apart() };
+            let [p, q] = &lines;
+            for k in 1..p.start.len() {
+                for l in 1..q.start.len() {
+                    if p.middle(k, q.middle_at(l)) > apart {
+                        let (s, t) = ([p.start[k - 1], p.start[k]], [q.start[l - 1], q.start[l]]);
+                        deepest = deepest.max(crossing(s, t));
+                    }
+                }
+            }
+        }
+        deepest
+    }
+
+    /// Parts that are nearer than this in the reference shape never act on each other, mm.
+    fn least_apart(&self) -> f64 {
+        kernel::CORNER * self.law.activation_mm
+    }
+}
+
+/// By how much two segments cross: the least distance of an end from the line of the other; 0 where they do not.
+fn crossing(s: [[f64; 2]; 2], t: [[f64; 2]; 2]) -> f64 {
+    let sides = |[a, b]: [[f64; 2]; 2], of: [[f64; 2]; 2]| {
+        let e = [b[0] - a[0], b[1] - a[1]];
+        let length = e[0].hypot(e[1]).max(f64::MIN_POSITIVE);
+        of.map(|p| (e[0] * (p[1] - a[1]) - e[1] * (p[0] - a[0])) / length)
+    };
+    let (u, v) = (sides(s, t), sides(t, s));
+    if u[0] * u[1] < 0.0 && v[0] * v[1] < 0.0 {
+        u.into_iter().chain(v).fold(f64::INFINITY, |m, d| m.min(d.abs()))
+    } else {
+        0.0
     }
 }
 
@@ -109,6 +163,18 @@ impl Polyline {
             }
         }
         first
+    }
+
+    /// Reference middle of a segment.
+    fn middle_at(&self, k: usize) -> [f64; 2] {
+        let (p, q) = (self.reference[k - 1], self.reference[k]);
+        [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]
+    }
+
+    /// Distance of the reference middle of a segment from a point.
+    fn middle(&self, k: usize, p: [f64; 2]) -> f64 {
+        let m = self.middle_at(k);
+        (m[0] - p[0]).hypot(m[1] - p[1])
     }
 
     /// A box around some of its vertices over the whole motion.
@@ -163,6 +229,14 @@ fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn segments_that_cross_are_told_from_those_that_do_not() {
+        let flat = [[-1.0, 0.0], [1.0, 0.0]];
+        assert!((crossing(flat, [[0.0, -0.1], [0.0, 2.0]]) - 0.1).abs() < 1e-15);
+        assert_eq!(crossing(flat, [[0.0, 0.1], [0.0, 2.0]]), 0.0);
+        assert_eq!(crossing(flat, [[1.5, -1.0], [1.5, 1.0]]), 0.0);
+    }
 
     #[test]
     fn a_point_meets_a_segment_at_the_right_time() {
