@@ -345,6 +345,20 @@ pub fn text(scene: &Scene, answer: &SceneAnswer) -> String {
     if let Some(limit) = &answer.limit {
         text += &format!("limit {}\n", json!(limit));
     }
+    if let Some(contact) = &answer.contact {
+        let gap = contact.least_distance_mm.map_or_else(
+            || "only at folding corners".to_owned(),
+            |d| format!("least gap {} mm", number(Some(d))),
+        );
+        text += &format!(
+            "contact from {} of leg {}: {gap}, penetration {} mm, activation distance {} mm, at most {} kPa\n",
+            number(Some(contact.from.fraction)),
+            contact.from.leg,
+            number(Some(contact.penetration_mm)),
+            number(Some(contact.activation_mm)),
+            number(Some(contact.max_pressure_kpa)),
+        );
+    }
     if let Some(overlap) = &answer.walls_overlap {
         text += &format!("walls overlap {}\n", json!(overlap));
     }

@@ -111,8 +111,11 @@ const PERTURBATIONS: [Perturbation; 4] = [
         source: Source::Contact,
         times: &[2],
         absent: |_, own| (own.work.contact_steps == 0).then_some("contact did not act"),
-        // No activation distance exists yet.
-        nearer: |_, _| None,
+        nearer: |scene, times| {
+            scene.contact_activation_mm /= times as f64;
+            let distance = scene.contact_activation_mm;
+            Some(format!("activation distance {distance} mm"))
+        },
     },
     Perturbation {
         source: Source::Bulk,

@@ -266,7 +266,9 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ("mesh.max_size_mm=0", "mesh.max_size_mm"),
         ("mesh.max_size_mm=1e-6", "mesh.max_size_mm"),
         ("mesh.size=1", "mesh.size"),
-        ("contact=on", "contact"),
+        ("contact=perhaps", "contact"),
+        ("contact_activation_mm=0", "contact_activation_mm"),
+        ("contact_activation_mm=-1", "contact_activation_mm"),
         ("contact=true", "contact"),
         (
             "relative_residual_force_tolerance=-1",
@@ -318,6 +320,7 @@ fn a_sound_neighbour_of_each_fault_reads() {
         "objective=null",
         "unit_materials=null",
         "contact=auto",
+        "contact=on",
     ] {
         assert_eq!(
             faults(&with(base(), &[assignment])),
@@ -339,7 +342,7 @@ fn all_faults_come_at_once() {
             "material.c10_mpa=-1",
             "actuation={\"schedule\": [[0]], \"load_steps_per_leg\": 0}",
             "mesh.element=hex",
-            "contact=on",
+            "contact=perhaps",
             "relative_residual_force_tolerance=0",
             "objective.probe=nose",
         ],

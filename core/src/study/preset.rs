@@ -148,7 +148,7 @@ fn asymmetric_bending() -> Value {
                 "spike_deg": 3,
                 "stretch": "material",
                 "stretch_length_mm": 0.5,
-                "wall_gap_mm": 0.2,
+                "wall_gap_mm": "off",
                 "load_margin": 1.1,
                 "exclude_non_unique": true
             },

@@ -113,7 +113,9 @@ fn crossing(s: [[f64; 2]; 2], t: [[f64; 2]; 2]) -> f64 {
     };
     let (u, v) = (sides(s, t), sides(t, s));
     if u[0] * u[1] < 0.0 && v[0] * v[1] < 0.0 {
-        u.into_iter().chain(v).fold(f64::INFINITY, |m, d| m.min(d.abs()))
+        u.into_iter()
+            .chain(v)
+            .fold(f64::INFINITY, |m, d| m.min(d.abs()))
     } else {
         0.0
     }

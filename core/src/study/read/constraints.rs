@@ -3,6 +3,7 @@
 use super::study::DEFAULT_WALL_MM;
 use super::target::read_bounds;
 use crate::document::{Node, Object};
+use crate::scene::ContactMode;
 use crate::study::spec::{
     ChamberConstraints, NumberOrOff, StepConstraints, StretchLimit, StudyBody,
 };
@@ -10,7 +11,7 @@ use crate::study::spec::{
 const MAX_CONSTRAINTS: usize = 100_000;
 const DEFAULT_SPIKE_DEG: f64 = 3.0;
 const DEFAULT_STRETCH_LENGTH_MM: f64 = 0.5;
-const DEFAULT_WALL_GAP_MM: NumberOrOff = NumberOrOff::Number(0.2);
+const WALL_GAP_WITHOUT_CONTACT_MM: f64 = 0.2;
 const DEFAULT_LOAD_MARGIN: NumberOrOff = NumberOrOff::Number(1.1);
 
 /// Reads `constraints` of a program.
@@ -28,7 +29,13 @@ pub fn read_counts(node: &Node<'_>) -> Option<StepConstraints> {
 pub fn read_chamber_constraints(
     step: &Object<'_>,
     body: Option<&StudyBody>,
+    contact: ContactMode,
 ) -> Option<StepConstraints> {
+    // Walls that press on each other need no gap.
+    let default_gap = match contact {
+        ContactMode::Off => NumberOrOff::Number(WALL_GAP_WITHOUT_CONTACT_MM),
+        ContactMode::Auto | ContactMode::On => NumberOrOff::Off,
+    };
     let wall = body.map_or(DEFAULT_WALL_MM, |b| b.actuator.wall_mm);
     let has_limit = body.is_none_or(|b| b.material.stretch_limit().is_some());
     let Some(node) = step.get("constraints") else {
@@ -37,7 +44,7 @@ pub fn read_chamber_constraints(
             spike_deg: DEFAULT_SPIKE_DEG,
             stretch: StretchLimit::Material,
             stretch_length_mm: DEFAULT_STRETCH_LENGTH_MM,
-            wall_gap_mm: DEFAULT_WALL_GAP_MM,
+            wall_gap_mm: default_gap,
             load_margin: DEFAULT_LOAD_MARGIN,
             exclude_non_unique: true,
             bounds: Vec::new(),
@@ -67,7 +74,7 @@ pub fn read_chamber_constraints(
         DEFAULT_STRETCH_LENGTH_MM,
         Node::positive,
     );
-    let gap = object.or("wall_gap_mm", DEFAULT_WALL_GAP_MM, |n| {
+    let gap = object.or("wall_gap_mm", default_gap, |n| {
         read_number_or_off(n, 0.0, 3.0, "a least gap is above 0 and at most 3 mm")
     });
     let margin = object.or("load_margin", DEFAULT_LOAD_MARGIN, |n| {

@@ -8,6 +8,7 @@ use super::target::read_target;
 use super::variables::read_variables;
 use crate::document::{Node, Object};
 use crate::optimiser::OptimiserOptions;
+use crate::scene::ContactMode;
 use crate::study::spec::{
     Budget, Model, Parametrisation, StepConstraints, StudyBody, StudyStep, Variables,
 };
@@ -75,7 +76,11 @@ pub fn read_step(
         }
     };
     let constraints = if chambers {
-        read_chamber_constraints(&step, body)
+        let contact = match &model {
+            Some(Model::FeCascade(fe) | Model::FeDirect(fe)) => fe.contact,
+            _ => ContactMode::Auto,
+        };
+        read_chamber_constraints(&step, body, contact)
     } else {
         step.or(
             "constraints",

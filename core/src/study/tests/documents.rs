@@ -295,7 +295,11 @@ fn each_kind_of_fault_is_noted_at_its_path() {
             "step[0].model.max_size_mm=1e-9",
             "step[0].model.max_size_mm",
         ),
-        ("step[0].model.contact=on", "step[0].model.contact"),
+        ("step[0].model.contact=perhaps", "step[0].model.contact"),
+        (
+            "step[0].model.contact_activation_mm=0",
+            "step[0].model.contact_activation_mm",
+        ),
         (
             "step[0].model.mesh={\"error\": 0}",
             "step[0].model.mesh.error",

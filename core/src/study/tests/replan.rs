@@ -82,7 +82,12 @@ fn run(
 #[test]
 fn rows_are_spikes_walls_stretch_margin_and_gaps() {
     let study = bending();
-    assert_eq!(study.constraint_count(0), Ok(8 + 24 + 8 + 8 + 2));
+    assert_eq!(study.constraint_count(0), Ok(8 + 24 + 8 + 8));
+    let apart = super::study(&with(
+        &example("asymmetric-bending"),
+        &["step[0].constraints.wall_gap_mm=0.2"],
+    ));
+    assert_eq!(apart.constraint_count(0), Ok(8 + 24 + 8 + 8 + 2));
     let off = super::study(&example("paper-hierarchical"));
     assert_eq!(off.constraint_count(0), Ok(8 + 24));
     let start = study.restarts(0).expect("restarts")[0].x0.clone();
