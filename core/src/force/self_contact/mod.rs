@@ -80,7 +80,7 @@ pub struct Touches {
     least_ratio: Option<f64>,
     /// Reference places of these points, mm.
     pub least_at_mm: Option<[[f64; 2]; 2]>,
-    /// Largest repulsion of a point over its reference length, MPa.
+    /// Largest force on a point over its reference length, MPa.
     pub pressure_mpa: f64,
 }
 
@@ -144,14 +144,17 @@ impl SelfContact {
         } else {
             0.0
         };
-        let mut by_point = vec![0.0; 0];
+        let mut by_point = Vec::new();
         self.for_each_near(x, travel, soon, |this, a, b, places| {
             let touch = this.touch([a, b], places, hessian, &mut all, &mut by_point);
             if hessian || touch.force != [[0.0; 2]; 6] {
                 all.list.push(touch);
             }
         });
-        all.pressure_mpa = by_point.iter().copied().fold(0.0, f64::max);
+        all.pressure_mpa = by_point
+            .iter()
+            .map(|t: &[f64; 2]| t[0].hypot(t[1]))
+            .fold(0.0, f64::max);
         all
     }
 
@@ -161,7 +164,7 @@ impl SelfContact {
         places: &[Vec<[f64; 2]>; 2],
         hessian: bool,
         all: &mut Touches,
-        by_point: &mut Vec<f64>,
+        by_point: &mut Vec<[f64; 2]>,
     ) -> Touch {
         let mut touch = Touch {
             pieces,
@@ -190,11 +193,13 @@ impl SelfContact {
             lower(&mut all.least_ratio, pair.s.sqrt());
             lower(&mut touch.least_ratio, pair.s.sqrt());
             if by_point.is_empty() {
-                by_point.resize(self.surface.reference.len(), 0.0);
+                by_point.resize(self.surface.reference.len(), [0.0; 2]);
             }
-            for side in 0..2 {
+            for (side, sign) in [(0, 1.0), (1, -1.0)] {
                 let index = two[side].first + pair.points[side];
-                by_point[index] += -k1 * distance / self.surface.length[index];
+                let scale = sign * k1 / self.surface.length[index];
+                by_point[index][0] += scale * pair.r[0];
+                by_point[index][1] += scale * pair.r[1];
             }
             let n = self.shapes(two, &pair);
             for (f, n) in touch.force.iter_mut().zip(&n) {

@@ -227,5 +227,10 @@ fn flat_surfaces_press_evenly_with_the_pressure_of_the_law() {
             "{ratio}: {total} of {}",
             2.0 * p
         );
+        assert!(
+            (touches.pressure_mpa / p - 1.0).abs() < 0.02,
+            "{ratio}: {} of {p}",
+            touches.pressure_mpa
+        );
     }
 }
