@@ -75,6 +75,18 @@ impl Leg {
         &self.rate
     }
 
+    /// Whether forces on the body change on this leg.
+    pub fn has_forces(&self, system: &System) -> bool {
+        let body = &system.body;
+        body.cavities
+            .iter()
+            .any(|c| self.rate.pressure[c.channel] != 0.0)
+            || body
+                .tractions
+                .iter()
+                .any(|t| self.rate.share[t.channel] != 0.0)
+    }
+
     /// Whether supports or obstacles of the body move on this leg.
     pub fn moves_supports(&self, system: &System) -> bool {
         let moves = |s: &Support| s.displacement_mm * self.rate.share[s.channel] != 0.0;

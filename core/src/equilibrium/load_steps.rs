@@ -25,7 +25,8 @@ impl Tracker<'_> {
         visitor: &mut dyn StateVisitor,
         observer: &mut dyn Observer,
     ) -> Result<(), PathEnd> {
-        let has_forces = self.leg.rate().pressure.iter().any(|p| *p != 0.0);
+        // The area leads what pressures and tractions do, not what obstacles do.
+        let has_forces = self.leg.has_forces(self.system) && !self.leg.moves_obstacles(self.system);
         let mut cuts = 0;
         loop {
             let remaining = target - self.at.fraction;

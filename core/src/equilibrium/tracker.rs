@@ -84,9 +84,17 @@ impl<'a> Tracker<'a> {
             .map(|row| system.reference_force(&load(row, &largest)))
             .fold(0.0, f64::max)
             * 0.1;
+        // A schedule that moves supports or obstacles only has no external force; then reactions alone are the scale, and before
+        // an obstacle or another part is met there are none: then what surfaces do that meet.
+        let of_contact = system.contact.as_ref().map_or(f64::MIN_POSITIVE, |c| {
+            c.law.pressure_mpa * c.law.activation_mm
+        });
         Self {
-            // A schedule that moves supports only has no external force; then reactions alone are the scale.
-            force_floor: force_floor.max(f64::MIN_POSITIVE),
+            force_floor: if force_floor > 0.0 {
+                force_floor
+            } else {
+                of_contact
+            },
             at: Place {
                 state: system.rest(),
                 fraction: 0.0,
