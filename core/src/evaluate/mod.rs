@@ -3,7 +3,7 @@
 mod accuracy;
 pub mod analysis;
 mod answer;
-mod contact;
+pub(crate) mod contact;
 mod converge;
 mod gradient;
 mod limits;

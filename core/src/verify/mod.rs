@@ -8,6 +8,7 @@
 
 mod bench;
 mod chambers;
+mod contact;
 pub mod cooks_membrane;
 pub mod designs;
 mod extremes;
@@ -41,7 +42,7 @@ const QUADS: &[ElementKind] = &[ElementKind::Quad9, ElementKind::Quad4];
 const ALL: &[ElementKind] = &[ElementKind::Quad9, ElementKind::Quad4, ElementKind::Tri7];
 
 /// All problems.
-pub const PROBLEMS: [NamedProblem; 9] = [
+pub const PROBLEMS: [NamedProblem; 13] = [
     NamedProblem {
         name: "thick-cylinder",
         about: "incompressible neo-Hookean cylinder under inner pressure",
@@ -65,6 +66,30 @@ pub const PROBLEMS: [NamedProblem; 9] = [
         about: "a tapered panel in shear and bending",
         elements: ALL,
         run: cooks_membrane::run,
+    },
+    NamedProblem {
+        name: "hertz",
+        about: "a disc pressed between two rigid plates",
+        elements: QUADS,
+        run: contact::run_hertz,
+    },
+    NamedProblem {
+        name: "pressed-blocks",
+        about: "two blocks whose meshes do not match press evenly",
+        elements: ALL,
+        run: contact::run_pressed_blocks,
+    },
+    NamedProblem {
+        name: "crushed-tube",
+        about: "a thin tube crushed between rigid plates",
+        elements: QUADS,
+        run: contact::run_crushed_tube,
+    },
+    NamedProblem {
+        name: "collapsed-tube",
+        about: "a thin tube sucked flat until its sides touch",
+        elements: QUADS,
+        run: contact::run_collapsed_tube,
     },
     NamedProblem {
         name: "homogeneous",

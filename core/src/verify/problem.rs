@@ -5,6 +5,7 @@ use serde_json::Value;
 use crate::assembly::{Load, System};
 use crate::equilibrium::{Observer, PathEnd, Settings};
 use crate::evaluate::analysis::{Analysis, Wanted, analyse};
+use crate::evaluate::contact::{ContactState, contact_of};
 use crate::geometry::Point;
 use crate::mesh::gmsh::{self, GmshElementKind, GmshFile};
 use crate::mesh::{ElementKind, Support, locate};
@@ -68,6 +69,8 @@ impl Problem {
         if let Some(drive) = &self.driven {
             replace_supports(drive, &body.mesh.nodes, &mut body.supports);
         }
+        body.obstacles.clone_from(&scene.obstacles);
+        body.contact = contact_of(scene.contact, scene.contact_activation_mm, &body)?.0;
         let probes = scene
             .probes
             .iter()
@@ -142,8 +145,54 @@ impl Solved {
         let mut at = system.rest();
         at.u.clone_from(&self.analysis.fields[state]);
         let mut work = system.workspace();
+        work.contact_acts = false;
         system.assemble(&mut at, &unloaded, true, false, &mut work);
         work.residual
+    }
+
+    /// Contact at a state.
+    ///
+    /// # Errors
+    /// Nothing acts.
+    pub fn contact(&self, state: usize) -> Result<&ContactState, Unsolved> {
+        let none = || Unsolved::Path("no surfaces touch".to_owned());
+        self.analysis.states[state]
+            .contact
+            .as_ref()
+            .ok_or_else(none)
+    }
+
+    /// Forces of the contact on the nodes at a state, N per mm of depth.
+    pub fn contact_forces(&self, state: usize) -> Vec<Point> {
+        let system: &System = &self.analysis.system;
+        let mut at = system.rest();
+        at.u.clone_from(&self.analysis.fields[state]);
+        let mut forces = vec![[0.0; 2]; at.u.len()];
+        if let (Some(contact), Some(touches)) =
+            (&system.contact, system.touches(&at, &self.load(state)))
+        {
+            touches.add_gradient(contact, &mut forces);
+        }
+        forces.iter_mut().flatten().for_each(|f| *f = -*f);
+        forces
+    }
+
+    /// The load at a state.
+    fn load(&self, state: usize) -> Load {
+        let states = &self.analysis.states;
+        let kpa = &states[state].point.pressure_kpa;
+        let largest = |channel: usize| {
+            let all = states.iter().map(|s| s.point.pressure_kpa[channel].abs());
+            all.fold(f64::MIN_POSITIVE, f64::max)
+        };
+        Load {
+            pressure: kpa.iter().map(|p| 1e-3 * p).collect(),
+            share: kpa
+                .iter()
+                .enumerate()
+                .map(|(c, p)| p / largest(c))
+                .collect(),
+        }
     }
 
     /// Deformed positions of the nodes at a state, mm.
