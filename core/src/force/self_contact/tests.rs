@@ -1,4 +1,5 @@
 use super::*;
+use crate::geometry::Outline;
 use crate::mesh::BoundaryEdge;
 
 /// Two squares of 2 mm with quadratic edges, 0.13 mm apart, the upper one a little turned and bulged.
@@ -232,5 +233,35 @@ fn flat_surfaces_press_evenly_with_the_pressure_of_the_law() {
             "{ratio}: {} of {p}",
             touches.pressure_mpa
         );
+    }
+}
+
+/// Tangential over normal force, at most, as a plate slides below the lower square at a distance.
+fn catch(ratio: f64) -> f64 {
+    let (loops, reference) = two_squares();
+    let plate = Obstacle {
+        name: "plate".to_owned(),
+        outline: Outline::Line {
+            points_mm: [[-5.0, -1.0], [6.0, -1.0]],
+        },
+        travel_mm: [1.0, 1.0],
+        channel: 0,
+    };
+    let contact = SelfContact::new(LAW, &loops, &[plate], &reference);
+    let of_shift = |shift: f64| {
+        let travel = [shift, 1.0 - ratio * LAW.activation_mm];
+        let [x, y] = contact.touches(&reference, &[travel], false).on_obstacle[0];
+        (x / y).abs()
+    };
+    (0..50)
+        .map(|k| of_shift(0.005 * f64::from(k)))
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn surfaces_slide_without_catching() {
+    for (ratio, bound) in [(0.7, 1e-4), (0.5, 1e-4), (0.3, 5e-4), (0.2, 3e-3)] {
+        let catch = catch(ratio);
+        assert!(catch < bound, "{ratio}: {catch}");
     }
 }
