@@ -80,7 +80,8 @@ fn found(
             let contact = solved.contact(state)?;
             let travel = CLOSING * RADIUS * state as f64 / STATES as f64;
             // The surface stays above the plate by about the least distance.
-            let height = RADIUS + ACTIVATION - travel - contact.least_distance_mm.unwrap_or(ACTIVATION);
+            let height =
+                RADIUS + ACTIVATION - travel - contact.least_distance_mm.unwrap_or(ACTIVATION);
             let force = -contact.on_obstacle[0][1];
             Ok([height / RADIUS, force * RADIUS * RADIUS / bending])
         })

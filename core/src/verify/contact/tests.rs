@@ -111,6 +111,24 @@ fn forces_of_an_equilibrium_are_equal_and_opposite() {
 }
 
 #[test]
+fn a_disc_slides_over_a_plate_without_catching() {
+    let mut problem = hertz::problem(GmshElementKind::Quad9, 6, 0.3);
+    problem.scene["actuation"]["schedule"] = serde_json::json!([[0, 0], [1, 0], [1, 1]]);
+    problem.scene["actuation"]["load_steps_per_leg"] = 12.into();
+    problem.scene["supports"] = serde_json::json!([
+        {"group": "middle", "fix": ["x", "y"], "displacement_mm": [1.7, 0.0], "channel": 1},
+    ]);
+    let solved = problem.solve(&mut Unobserved).unwrap();
+    let forces = |k: usize| solved.contact(k).unwrap().on_obstacle[0];
+    let pressed = forces(12)[1];
+    for k in 13..=solved.last() {
+        let [x, y] = forces(k);
+        let [x, y] = [x / pressed, y / pressed - 1.0];
+        assert!(x.abs() < 1e-4 && y.abs() < 1e-4, "{k}: {x} {y}");
+    }
+}
+
+#[test]
 fn a_coarse_half_tube_follows_the_elastica() {
     let problem = crushed_tube::problem(GmshElementKind::Quad9, 32, 1);
     let solved = problem.solve(&mut Unobserved).unwrap();
