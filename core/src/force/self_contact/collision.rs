@@ -1,6 +1,6 @@
 //! The share of a step that surfaces can take without passing through each other.
 
-use super::surface::Bounds;
+use super::surface::{Bounds, Surface};
 use super::{SelfContact, kernel};
 
 /// Surfaces keep this share of the way that is free.
@@ -21,8 +21,8 @@ impl SelfContact {
             .iter()
             .map(|p| {
                 let (mut a, b) = (
-                    surface.bounds(p, x, travel[0]),
-                    surface.bounds(p, &end, travel[1]),
+                    Surface::bounds(p, x, travel[0]),
+                    Surface::bounds(p, &end, travel[1]),
                 );
                 a.include(b.low);
                 a.include(b.high);
@@ -35,8 +35,8 @@ impl SelfContact {
         for (a, b) in self.near(&swept, 0.0) {
             let two = self.pieces([a, b]);
             if two[0].touches(two[1])
-                && surface.is_straight(two[0], two[1], x, &self.reference)
-                && surface.is_straight(two[0], two[1], &end, &self.reference)
+                && Surface::is_straight(two[0], two[1], x, &self.reference)
+                && Surface::is_straight(two[0], two[1], &end, &self.reference)
             {
                 continue;
             }
@@ -69,14 +69,14 @@ impl SelfContact {
         let bounds: Vec<Bounds> = surface
             .pieces
             .iter()
-            .map(|p| surface.bounds(p, x, travel))
+            .map(|p| Surface::bounds(p, x, travel))
             .collect();
         let still = vec![[0.0; 2]; self.obstacles];
         let mut lines = [Polyline::default(), Polyline::default()];
         let mut deepest = 0.0_f64;
         for (a, b) in self.near(&bounds, 0.0) {
             let two = self.pieces([a, b]);
-            if two[0].touches(two[1]) && surface.is_straight(two[0], two[1], x, &self.reference) {
+            if two[0].touches(two[1]) && Surface::is_straight(two[0], two[1], x, &self.reference) {
                 continue;
             }
             for (line, piece) in lines.iter_mut().zip(two) {

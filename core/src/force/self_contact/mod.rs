@@ -410,12 +410,12 @@ impl SelfContact {
         let bounds: Vec<Bounds> = surface
             .pieces
             .iter()
-            .map(|p| surface.bounds(p, x, travel))
+            .map(|p| Surface::bounds(p, x, travel))
             .collect();
         let mut places = [Vec::new(), Vec::new()];
         for (a, b) in self.near(&bounds, self.law.activation_mm + more) {
             let two = self.pieces([a, b]);
-            if two[0].touches(two[1]) && surface.is_straight(two[0], two[1], x, &self.reference) {
+            if two[0].touches(two[1]) && Surface::is_straight(two[0], two[1], x, &self.reference) {
                 continue;
             }
             let [p, q] = &mut places;

@@ -207,7 +207,7 @@ impl Surface {
     }
 
     /// A box around a piece: of a quadratic edge that of its control points.
-    pub fn bounds(&self, piece: &Piece, x: &[[f64; 2]], travel: &[[f64; 2]]) -> Bounds {
+    pub fn bounds(piece: &Piece, x: &[[f64; 2]], travel: &[[f64; 2]]) -> Bounds {
         let mut bounds = Bounds::empty();
         if let Some(obstacle) = piece.obstacle {
             let t = travel[obstacle as usize];
@@ -224,13 +224,7 @@ impl Surface {
 
     /// Whether two pieces that share a node are so nearly straight that no two points of them can be near without being
     /// neighbours along the boundary.
-    pub fn is_straight(
-        &self,
-        a: &Piece,
-        b: &Piece,
-        x: &[[f64; 2]],
-        reference: &[[f64; 2]],
-    ) -> bool {
+    pub fn is_straight(a: &Piece, b: &Piece, x: &[[f64; 2]], reference: &[[f64; 2]]) -> bool {
         let legs = |piece: &Piece| {
             let [p, q, r] = control_points(piece, x);
             let [u, v, w] = control_points(piece, reference);
@@ -278,11 +272,7 @@ impl Table {
             }
             graded.push(0.0);
             let inner = graded.into_iter().map(|x| sign * (1.0 - x));
-            let other = if corners[0] && corners[1] {
-                0.0
-            } else {
-                sign * -1.0
-            };
+            let other = if corners[0] && corners[1] { 0.0 } else { -sign };
             ends.retain(|t| sign * (t - other) < 0.0);
             ends.extend(inner.filter(|t| sign * (t - other) >= 0.0));
         }
