@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use salp_core::evaluate::{SceneAnswer, SceneOptions, solve_scene};
 use salp_core::fault::Faults;
 use salp_core::geometry::{MeshPlan, Point};
-use salp_core::scene::{Bound, Goal, Orientation, Scene};
+use salp_core::scene::{Bound, ContactMode, Goal, Orientation, Scene};
 use salp_core::study::Study;
-use salp_core::study::spec::StepConstraints;
+use salp_core::study::spec::{Model, StepConstraints};
 use salp_protocol::{Best, csv};
 use serde_json::{Value, json};
 
@@ -307,6 +307,13 @@ pub fn limits(study: &Study, step: usize) -> String {
         .map_or_else(String::new, |gap| {
             format!("facing walls \u{2265} {gap} mm apart at every state; ")
         });
+    let contact = match &step.model {
+        Model::FeCascade(fe) | Model::FeDirect(fe) if fe.contact != ContactMode::Off => format!(
+            "contact without friction (activation distance {} mm); ",
+            fe.contact_activation_mm
+        ),
+        _ => "contact off; ".to_owned(),
+    };
     let margin = constraints.load_margin.number().map_or_else(
         || "load margin off; ".to_owned(),
         |factor| format!("the same up to {factor} times every loaded row; "),
@@ -330,7 +337,7 @@ pub fn limits(study: &Study, step: usize) -> String {
         format!("; bounds: {}", bounds.join(", "))
     };
     format!(
-        "limits: {stretch}; {margin}walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; {gap}{unique}no overlapping walls, no negative pivots; material {material}{bounds}",
+        "limits: {stretch}; {margin}walls \u{2265} {} mm; corners \u{2265} {}\u{b0}; {contact}{gap}{unique}no overlapping walls, no negative pivots; material {material}{bounds}",
         constraints.wall_mm, constraints.spike_deg
     )
 }
