@@ -39,7 +39,12 @@ pub fn run(verify: &Verify, count: usize, output: Output) -> Result<(), Failure>
         jobs,
         |job| {
             let design = &designs[job / MATERIALS.len()];
-            solve_design(design, job % MATERIALS.len(), &mut ThreadClock)
+            solve_design(
+                design,
+                job % MATERIALS.len(),
+                verify.contact,
+                &mut ThreadClock,
+            )
         },
         |done, line| {
             if let Ok(line) = line
@@ -148,6 +153,17 @@ fn text(lines: &[DesignLine], document: &Value) -> String {
         );
     }
     let folds = |l: &&DesignLine| l.negative_pivots > 0;
+    let touched: Vec<&DesignLine> = lines.iter().filter(|l| l.contact_steps > 0).collect();
+    if !touched.is_empty() {
+        text += &format!(
+            "\n{} solves with contact, {} CPU s; penetration at most {} mm",
+            touched.len(),
+            number(Some(touched.iter().map(|l| l.cpu_s).sum())),
+            number(Some(
+                touched.iter().map(|l| l.penetration_mm).fold(0.0, f64::max)
+            )),
+        );
+    }
     text + &format!(
         "\n{} solves, {} with crossing walls, {} with an unstable state; {} CPU s, second paths {} CPU s",
         lines.len(),
@@ -162,7 +178,7 @@ fn csv(lines: &[DesignLine]) -> String {
     let mut csv = String::from(
         "design,stratum,p_over_mu,status,limit_kind,limit_leg,limit_pressure_kpa,confirmed,confirmed_kind,\
          confirmed_pressure_kpa,newton_iterations,factorisations,cpu_s,confirm_cpu_s,max_stretch,negative_pivots,\
-         walls_overlap,x\n",
+         walls_overlap,contact_steps,penetration_mm,x\n",
     );
     let list = |values: &[f64]| {
         let cells: Vec<String> = values.iter().map(f64::to_string).collect();
@@ -190,6 +206,8 @@ fn csv(lines: &[DesignLine]) -> String {
             line.max_stretch.to_string(),
             line.negative_pivots.to_string(),
             line.walls_overlap.to_string(),
+            line.contact_steps.to_string(),
+            line.penetration_mm.to_string(),
             list(&line.x),
         ];
         csv += &cells.join(",");

@@ -31,6 +31,9 @@ pub struct Verify {
     /// Seed of random designs
     #[arg(long, default_value_t = SEED)]
     seed: u64,
+    /// Solves random designs with contact
+    #[arg(long, requires = "designs")]
+    contact: bool,
     /// Designs that optimisers met: 16 numbers a line, or a ledger of `salp run` [default: shipped ones]
     #[arg(long, value_name = "FILE", requires = "designs")]
     met: Option<PathBuf>,

@@ -271,6 +271,18 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ("contact_activation_mm=-1", "contact_activation_mm"),
         ("contact=true", "contact"),
         (
+            "obstacles=[{\"name\": \"a\", \"shape\": \"circle\", \"centre_mm\": [40, 200], \"radius_mm\": -1}]",
+            "obstacles[0].radius_mm",
+        ),
+        (
+            "obstacles=[{\"name\": \"cuts\", \"shape\": \"line\", \"points_mm\": [[100, -10], [100, 90]]}]",
+            "obstacles[0]",
+        ),
+        (
+            "obstacles=[{\"name\": \"off\", \"shape\": \"line\", \"points_mm\": [[0, 200], [100, 200]]}]",
+            "contact",
+        ),
+        (
             "relative_residual_force_tolerance=-1",
             "relative_residual_force_tolerance",
         ),

@@ -128,7 +128,7 @@ fn designs_have_their_thirds_and_are_read_from_ledgers() {
     let of = |origin| designs.iter().filter(|d| d.origin == origin).count();
     assert_eq!(Origin::ALL.map(of), [4, 3, 3]);
     assert!(designs.iter().enumerate().all(|(k, d)| d.index == k));
-    let line = solve_design(&designs[8], 0, &mut Still).unwrap();
+    let line = solve_design(&designs[8], 0, false, &mut Still).unwrap();
     assert_eq!(line.status, crate::evaluate::SceneStatus::Ok, "{line:?}");
     assert!(line.factorisations > 5 && line.max_stretch > 1.0);
 }

@@ -1,10 +1,14 @@
 //! Contact in scenes and studies.
 
-use serde_json::json;
+use std::path::Path;
+
+use serde_json::{Value, json};
 
 use super::ask::Asked;
 use super::{named_scene, solved};
-use crate::evaluate::{SceneOptions, SceneStatus};
+use crate::equilibrium::Unobserved;
+use crate::evaluate::{SceneOptions, SceneStatus, solve_scene};
+use crate::scene::read_scene;
 use crate::study::{Study, read_study};
 
 /// Pairs of trapezia whose sharp corners zip shut; none has walls that tie, or a line of the mesh through the probe.
@@ -83,6 +87,40 @@ fn walls_that_meet_do_not_pass_and_the_body_comes_back_to_rest() {
     scene["contact"] = json!("off");
     let off = solved(&scene, &SceneOptions::default());
     assert!(off.walls_overlap.is_some() && off.contact.is_none());
+}
+
+#[test]
+fn a_gap_narrower_than_twice_the_activation_distance_is_a_fault_or_lowers_it() {
+    let mut document = named_scene("chambers-40x15");
+    document["actuator"]["repeat"] = json!(1);
+    document["actuator"]["chambers_mm"][1] = json!([[20, 55], [60, 55], [60, 55.3], [20, 55.3]]);
+    document["probes"] = json!({"tip": [80, 40]});
+    document["actuation"] = json!({"schedule": [[0, 0], [2, 0]], "load_steps_per_leg": 1});
+    document["objective"] = json!(null);
+    let solve = |document: &Value| {
+        let scene = read_scene(document, Path::new("")).expect("a scene");
+        solve_scene(&scene, &SceneOptions::default(), &mut Unobserved)
+    };
+    document["contact"] = json!("on");
+    let Err(faults) = solve(&document) else {
+        panic!("a fault");
+    };
+    assert!(
+        faults.to_string().contains("contact_activation_mm"),
+        "{faults}"
+    );
+    document["contact"] = json!("auto");
+    let answer = solve(&document).expect("an answer").answer;
+    assert_eq!(answer.status, SceneStatus::Ok, "{:?}", answer.reason);
+    let note = answer
+        .notes
+        .iter()
+        .find(|n| n.about == "contact_activation_mm");
+    assert!(
+        note.is_some_and(|n| n.message.contains("0.150 mm")),
+        "{:?}",
+        answer.notes
+    );
 }
 
 #[test]

@@ -60,17 +60,22 @@ pub struct DesignLine {
     pub negative_pivots: usize,
     /// Whether walls cross, corner folds apart.
     pub walls_overlap: bool,
+    /// Newton iterations at which surfaces act on each other.
+    pub contact_steps: usize,
+    /// Penetration of surfaces over the path, mm.
+    pub penetration_mm: f64,
     /// CPU seconds, without the second path.
     pub cpu_s: f64,
     /// CPU seconds of the second path.
     pub confirm_cpu_s: f64,
 }
 
-/// The scene of a design.
+/// The scene of a design; `contact` is `off` or `auto`.
 ///
 /// # Errors
 /// Faults of a design that is no stacked pair of simple chambers.
-pub(super) fn scene(x: &[f64], material: &str) -> Result<Scene, Faults> {
+pub(super) fn scene(x: &[f64], material: &str, contact: bool) -> Result<Scene, Faults> {
+    let contact = if contact { "auto" } else { "off" };
     let units = units_of_design(x).unwrap_or_default();
     let chambers = units.first().map(|unit| unit.chambers_mm.clone());
     let document = json!({
@@ -78,24 +83,25 @@ pub(super) fn scene(x: &[f64], material: &str) -> Result<Scene, Faults> {
         "actuator": {"repeat": 3, "chambers_mm": chambers.unwrap_or_default()},
         "material": material,
         "actuation": {"schedule": "hold", "pressure_kpa": 15, "load_steps_per_leg": 4},
-        "contact": "off",
+        "contact": contact,
         "probes": {"tip": [160, 40]},
         "objective": {"kind": "enclosed_area", "probe": "tip"}
     });
     read_scene(&document, std::path::Path::new(""))
 }
 
-/// Solves a design at the p/mu of an entry of [`MATERIALS`], and confirms a limit.
+/// Solves a design at the p/mu of an entry of [`MATERIALS`], with contact or without, and confirms a limit.
 ///
 /// # Errors
 /// Faults of a design that is no stacked pair of simple chambers.
 pub fn solve_design(
     sample: &Sample,
     material: usize,
+    contact: bool,
     clock: &mut dyn CpuClock,
 ) -> Result<DesignLine, Faults> {
     let (p_over_mu, record) = MATERIALS[material % MATERIALS.len()];
-    let scene = scene(&sample.x, record)?;
+    let scene = scene(&sample.x, record, contact)?;
     let started = clock.cpu_s();
     let answer = solve_scene(&scene, &SceneOptions::default(), clock)?.answer;
     let solved = clock.cpu_s();
@@ -141,6 +147,8 @@ fn line(sample: &Sample, p_over_mu: f64, answer: &SceneAnswer) -> DesignLine {
             .walls_overlap
             .as_ref()
             .is_some_and(|w| !w.corner_fold),
+        contact_steps: answer.work.contact_steps,
+        penetration_mm: answer.contact.as_ref().map_or(0.0, |c| c.penetration_mm),
         cpu_s: 0.0,
         confirm_cpu_s: 0.0,
     }
