@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""Best areas under the limits: both records, three schedules, free corners against the best pair of rectangles.
+
+For each record and schedule runs `examples/asymmetric-bending.toml` (paper's voids and `--random` random designs, each in both
+senses), then `examples/rectangles.toml`, a sweep whose grid is chosen so that it takes about the CPU time of the first. Prints a
+table and writes it as CSV. A run that has been made is not made again, so the command resumes. Not part of CI; about an hour on
+two cores.
+
+    python3 benches/areas/measure.py target/release/salp docs/data/best-areas.csv --out salp-out/areas
+"""
+
+import argparse
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+RECORDS = ["mold-star-30", "mold-star-30-soft"]
+SCHEDULES = ["hold", "swap", "overlap"]
+# Heights of the sweep, mm; the number of widths follows from the time there is.
+HEIGHTS = [6, 12, 18, 24, 28, 31, 33, 35, 36, 37]
+LEAST_WIDTH, LARGEST_WIDTH = 6, 76
+
+
+def run(salp, study, folder, settings):
+    report = folder / "report" / "summary.json"
+    if not report.exists():
+        command = [salp, "run", str(study), "--out", str(folder)]
+        for setting in settings:
+            command += ["--set", setting]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode not in (0, 1) or not report.exists():
+            sys.exit(f"{' '.join(command)}\n{done.stderr}")
+    return json.loads(report.read_text())
+
+
+def share_touching(folder):
+    """Designs within the limits that were evaluated with contact acting, and all within the limits."""
+    result = json.loads((folder / "report" / "result.json").read_text())
+    touching = within = 0
+    for step in result["steps"]:
+        for restart in step["restarts"]:
+            best = restart.get("best") or {}
+            within += bool(best)
+            touching += bool(best.get("contact"))
+    return touching, within
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("salp")
+    parser.add_argument("csv", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--random", type=int, default=1, help="random starts beside the paper's")
+    parser.add_argument("--only", help="only this record")
+    options = parser.parse_args()
+    rows = []
+    for record in RECORDS:
+        if options.only not in (None, record):
+            continue
+        for schedule in SCHEDULES:
+            common = [f"material={record}", f"actuation.schedule={schedule}"]
+            name = f"{record}-{schedule}"
+            free = run(
+                options.salp,
+                EXAMPLES / "asymmetric-bending.toml",
+                options.out / name,
+                common + [f"step[0].restarts.count={options.random}"],
+            )
+            # A rectangle's solve, without a gradient, takes about 0.8 CPU s.
+            columns = max(4, min(36, round(free["cpu_s"] / 0.8 / len(HEIGHTS))))
+            width = (LARGEST_WIDTH - LEAST_WIDTH) / (columns - 1)
+            widths = [round(LEAST_WIDTH + k * width, 3) for k in range(columns)]
+            pairs = run(
+                options.salp,
+                EXAMPLES / "rectangles.toml",
+                options.out / f"{name}-rectangles",
+                common + [f"step[0].optimiser.grid=[{widths}, {HEIGHTS}]"],
+            )
+            row = {"record": record, "schedule": schedule}
+            for key, summary in [("free", free), ("rectangles", pairs)]:
+                row[f"{key}_area_mm2"] = summary.get("enclosed_area_mm2")
+                row[f"{key}_evaluations"] = summary["evaluations"]
+                row[f"{key}_restarts"] = summary["restarts"]
+                row[f"{key}_cpu_s"] = round(summary["cpu_s"], 1)
+            print(json.dumps(row), flush=True)
+            rows.append(row)
+    with options.csv.open("w", newline="") as file:
+        writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
