@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use salp_core::picture::{CurvePicture, CurvePoint, CurveSeries};
+use salp_core::picture::{BestPoint, CurvePicture, CurvePoint, CurveSeries};
 use salp_protocol::{Axis, Curve, csv};
 use serde_json::json;
 
 use crate::client::StudyArguments;
 use crate::failure::Failure;
-use crate::output::{Output, write_file};
+use crate::output::{Output, number, write_file};
 
 /// Arguments of `salp curve`.
 #[derive(Args)]
@@ -90,8 +90,15 @@ pub fn picture(
     name: &str,
     unit: &str,
     label: impl Fn(usize, usize) -> String,
-    caption: Vec<String>,
+    mut caption: Vec<String>,
 ) -> CurvePicture {
+    if curve.bands.evaluations > 0 {
+        caption.push(format!(
+            "error band: 1.25 times the difference to a mesh of elements twice as large, about each best so far; a tie lies within the band before it; {} evaluations of bands, {} s of CPU, not on the axis",
+            curve.bands.answered,
+            number(Some(curve.bands.cpu_s))
+        ));
+    }
     let at = |point: &salp_protocol::CurvePoint| match curve.axis {
         Axis::Evaluations => point.evaluations as f64,
         Axis::Cpu | Axis::Wall => point.t_s,
@@ -121,16 +128,17 @@ pub fn picture(
         })
         .collect();
     // The best over all restarts, of the last step that has points.
-    let last = curve.best.iter().map(|point| point.step).max();
+    let last = curve.best.iter().map(|best| best.point.step).max();
     let best = curve
         .best
         .iter()
-        .filter(|point| Some(point.step) == last)
-        .filter_map(|point| {
-            point.best.map(|objective| CurvePoint {
-                at: at(point),
-                objective,
-                overlapped: false,
+        .filter(|best| Some(best.point.step) == last)
+        .filter_map(|best| {
+            Some(BestPoint {
+                at: at(&best.point),
+                objective: best.point.best?,
+                band: best.band_low.zip(best.band_high),
+                tie: best.tie,
             })
         })
         .collect();

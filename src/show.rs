@@ -41,6 +41,12 @@ fn text(study: &StudyView, restarts: &[RestartView]) -> String {
         counts.leased,
         counts.ready
     );
+    if counts.bands.evaluations > 0 {
+        text += &format!(
+            "error bands: {} of {} answered ({} without values)\n",
+            counts.bands.answered, counts.bands.evaluations, counts.bands.without_values
+        );
+    }
     if let Some(why) = &study.failure {
         text += &format!("failed: {why}\n");
     }

@@ -54,10 +54,14 @@ fn text(event: &Event) -> String {
     };
     match event.kind.as_str() {
         "evaluation" => format!(
-            "step {} restart {}: evaluation {} {} {}",
+            "step {} restart {}: evaluation {}{} {} {}",
             field("step"),
             field("restart"),
             field("evaluation"),
+            event
+                .data
+                .get("band_of")
+                .map_or_else(String::new, |_| format!(" (band of {})", field("band_of"))),
             field("status"),
             field("objective")
         ),

@@ -2,35 +2,47 @@
 
 use std::fmt::{Display, Write as _};
 
-use crate::results::{Curve, EvaluationRow};
+use crate::results::{Curve, CurvePoint, EvaluationRow};
 
 /// A number; empty where there is none.
 pub fn cell<T: Display>(value: Option<T>) -> String {
     value.map_or_else(String::new, |value| value.to_string())
 }
 
-/// A curve, a line a point.
+/// A curve, a line a point: first those of the restarts, then, without a restart, those of the best over all of them.
 pub fn curve(curve: &Curve) -> String {
     let mut text = String::from(
-        "step,restart,t_s,evaluations,objective,best,max_violation,feasible,overlap\n",
+        "step,restart,t_s,evaluations,objective,best,max_violation,feasible,overlap,band_low,band_high,tie\n",
     );
+    let mut line = |restart: Option<usize>, point: &CurvePoint, band: &str| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{},{},{},{band}",
+            point.step,
+            cell(restart),
+            point.t_s,
+            point.evaluations,
+            cell(point.objective),
+            cell(point.best),
+            cell(point.max_violation),
+            point.feasible,
+            point.overlap
+        );
+    };
     for restart in &curve.restarts {
         for point in &restart.points {
-            // Writing to a string cannot fail.
-            let _ = writeln!(
-                text,
-                "{},{},{},{},{},{},{},{},{}",
-                restart.step,
-                restart.index,
-                point.t_s,
-                point.evaluations,
-                cell(point.objective),
-                cell(point.best),
-                cell(point.max_violation),
-                point.feasible,
-                point.overlap
-            );
+            line(Some(restart.index), point, ",,");
         }
+    }
+    for best in &curve.best {
+        let band = format!(
+            "{},{},{}",
+            cell(best.band_low),
+            cell(best.band_high),
+            best.tie
+        );
+        line(None, &best.point, &band);
     }
     text
 }
@@ -39,13 +51,13 @@ pub fn curve(curve: &Curve) -> String {
 pub fn ledger(rows: &[EvaluationRow]) -> String {
     let mut text = String::from(
         "evaluation,step,restart,batch,batch_index,kind,iteration,status,objective,max_violation,feasible,overlap,\
-         cached_from,wall_s,cpu_s,worker,attempt,fence,created_ms,finished_ms,x\n",
+         cached_from,wall_s,cpu_s,worker,attempt,fence,created_ms,finished_ms,band_of,x\n",
     );
     for row in rows {
         let x: Vec<String> = row.x.iter().map(f64::to_string).collect();
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             row.evaluation,
             row.step,
             row.restart,
@@ -66,6 +78,7 @@ pub fn ledger(rows: &[EvaluationRow]) -> String {
             row.fence,
             row.created_ms,
             cell(row.finished_ms),
+            cell(row.band_of.as_ref()),
             x.join(" ")
         );
     }
@@ -84,8 +97,8 @@ fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::{Axis, CurvePoint, RestartCurve};
-    use crate::{EvaluationId, WorkerId};
+    use crate::results::{Axis, BestSoFar, RestartCurve};
+    use crate::{BandCounts, EvaluationId, WorkerId};
 
     #[test]
     fn lines_have_as_many_cells_as_their_header() {
@@ -102,14 +115,24 @@ mod tests {
         let restarts = vec![RestartCurve {
             step: 0,
             index: 3,
-            points: vec![point],
+            points: vec![point.clone()],
         }];
+        let best = BestSoFar {
+            point,
+            band_low: Some(-3.0),
+            band_high: Some(-2.0),
+            tie: true,
+        };
         let text = curve(&Curve {
             axis: Axis::Cpu,
             restarts,
-            best: Vec::new(),
+            best: vec![best],
+            bands: BandCounts::default(),
         });
-        assert_eq!(text.lines().nth(1), Some("0,3,0.5,1,,-2.5,,false,false"));
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[1], "0,3,0.5,1,,-2.5,,false,false,,,");
+        assert_eq!(lines[2], "0,,0.5,1,,-2.5,,false,false,-3,-2,true");
+        assert_eq!(lines[0].split(',').count(), 12);
         let text = ledger(&[EvaluationRow {
             evaluation: EvaluationId(7),
             step: 0,
@@ -117,6 +140,7 @@ mod tests {
             batch: 0,
             batch_index: 0,
             kind: "initial".into(),
+            band_of: None,
             iteration: 0,
             x: vec![1.0, 0.5],
             status: "ok".into(),

@@ -15,10 +15,12 @@ pub mod work;
 pub use event::{Event, EventPage};
 pub use id::{EvaluationId, StudyId, WorkerId};
 pub use problem::Problem;
-pub use results::{Axis, Candidate, Curve, CurvePoint, EvaluationRow, LedgerPage, RestartCurve};
+pub use results::{
+    Axis, BestSoFar, Candidate, Curve, CurvePoint, EvaluationRow, LedgerPage, RestartCurve,
+};
 pub use study::{
-    Best, Counts, RestartState, RestartView, StepState, StepView, StudyCreated, StudyPage,
-    StudyState, StudyView,
+    BandCounts, Best, Counts, RestartState, RestartView, StepState, StepView, StudyCreated,
+    StudyPage, StudyState, StudyView,
 };
 pub use work::{
     Claim, ClaimRequest, Directive, HeartbeatAnswer, HeartbeatRequest, ReleaseRequest,

@@ -4,6 +4,7 @@ use salp_core::study::Outcome;
 use serde::{Deserialize, Serialize};
 
 use crate::id::{EvaluationId, WorkerId};
+use crate::study::BandCounts;
 
 /// One line of the ledger, in the optimiser's order within a restart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,8 +19,11 @@ pub struct EvaluationRow {
     pub batch: i64,
     /// Place in the batch.
     pub batch_index: i64,
-    /// Why it was asked.
+    /// Why it was asked; `band` for an error band.
     pub kind: String,
+    /// The evaluation whose band this is. Batch and place in it mean nothing then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub band_of: Option<EvaluationId>,
     /// Iteration of the optimiser.
     pub iteration: usize,
     /// Design variables.
@@ -84,7 +88,23 @@ pub struct Curve {
     /// Per restart.
     pub restarts: Vec<RestartCurve>,
     /// Over all restarts of a step, in the order of completion; only the points where the best changes, and the last one.
-    pub best: Vec<CurvePoint>,
+    pub best: Vec<BestSoFar>,
+    /// Evaluations of the error bands.
+    pub bands: BandCounts,
+}
+
+/// A point where the best changes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BestSoFar {
+    /// The point.
+    #[serde(flatten)]
+    pub point: CurvePoint,
+    /// Lower end of the error band of `best`; null while it is not known.
+    pub band_low: Option<f64>,
+    /// Upper end.
+    pub band_high: Option<f64>,
+    /// Whether `best` lies within the band of the best before it: they are told apart by less than the mesh's error.
+    pub tie: bool,
 }
 
 /// Curve of a restart.

@@ -148,8 +148,8 @@ pub struct Best {
     pub restart: usize,
 }
 
-/// Counts of a study.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Counts of a study. Error bands are counted apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Restarts begun.
     pub restarts: u64,
@@ -167,6 +167,22 @@ pub struct Counts {
     pub without_values: u64,
     /// Answered `not_converged`, `invalid_result` or `lost`: ours to explain.
     pub alarms: u64,
+    /// Evaluations of error bands, which are in none of the other counts.
+    #[serde(default)]
+    pub bands: BandCounts,
+}
+
+/// Evaluations of error bands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BandCounts {
+    /// Asked for.
+    pub evaluations: u64,
+    /// Answered.
+    pub answered: u64,
+    /// Answered without a value: these bands are not known.
+    pub without_values: u64,
+    /// CPU time that was spent on them, s.
+    pub cpu_s: f64,
 }
 
 /// A restart.

@@ -7,7 +7,7 @@ use salp_core::study::{EvaluationRequest, Outcome, OutcomeStatus};
 use salp_protocol::{Claim, ClaimRequest, StudyId, StudyState, WorkerId, WorkerIdentity};
 use serde_json::json;
 
-use crate::machine::Verdict;
+use crate::machine::{BandAsk, Judgement, Verdict};
 use crate::store::{
     AcceptedReport, Claimed, Command, Commanded, Held, NewAsk, NewRestart, NewStep, NewStudy,
     Reported, RestartId, Saved, Store, Submitted,
@@ -27,6 +27,8 @@ pub async fn run(store: &dyn Store) {
     commands_follow_the_states(store).await;
     a_repeated_key_is_one_study(store).await;
     every_outcome_is_stored(store).await;
+    each_best_gets_a_band_after_all_else(store).await;
+    a_cancelled_study_asks_for_no_band(store).await;
 }
 
 fn ask(x: f64) -> NewAsk {
@@ -39,6 +41,7 @@ fn ask(x: f64) -> NewAsk {
             want_gradient: false,
             plan_base: None,
             orientation: None,
+            second_mesh: false,
         },
         key: format!("key {x}"),
         command: false,
@@ -106,11 +109,14 @@ fn report(claim: &Claim, objective: f64) -> AcceptedReport {
         fence: claim.fence,
         worker: worker("w"),
         outcome,
-        verdict: Verdict {
-            max_violation: Some(0.0),
-            feasible: true,
-            overlap: false,
-            counts: true,
+        judgement: Judgement {
+            verdict: Verdict {
+                max_violation: Some(0.0),
+                feasible: true,
+                overlap: false,
+                counts: true,
+            },
+            band: None,
         },
         cached_from: None,
     }
@@ -118,9 +124,30 @@ fn report(claim: &Claim, objective: f64) -> AcceptedReport {
 
 async fn answer(store: &dyn Store, claim: &Claim, objective: f64) -> RestartId {
     match store.accept_result(report(claim, objective)).await.unwrap() {
-        Reported::Stored { restart, .. } => restart,
+        Reported::Stored { restart, .. } => restart.expect("an optimiser asked"),
         other => panic!("not stored: {other:?}"),
     }
+}
+
+/// As [`report`], of a point that may have a band.
+fn with_band(claim: &Claim, objective: f64) -> AcceptedReport {
+    let request = EvaluationRequest {
+        second_mesh: true,
+        ..claim.request.clone()
+    };
+    let key = format!("band {objective}");
+    let mut report = report(claim, objective);
+    report.judgement.band = Some(BandAsk { request, key });
+    report
+}
+
+/// As [`report`], of a band.
+fn of_band(claim: &Claim, status: OutcomeStatus, value: Option<f64>) -> AcceptedReport {
+    let mut report = report(claim, 0.0);
+    report.outcome.status = status;
+    report.outcome.objective = value;
+    report.judgement = Judgement::WITHOUT_VALUES;
+    report
 }
 
 /// Ends a study so that the next test finds no work.
@@ -228,6 +255,108 @@ async fn every_outcome_is_stored(store: &dyn Store) {
         }
     }
     end(store, &study).await;
+}
+
+async fn each_best_gets_a_band_after_all_else(store: &dyn Store) {
+    let study = submit(store, "bands", &[1.0, 2.0, 3.0]).await;
+    let (first, second) = (claim(store).await, claim(store).await);
+    let mut restart = None;
+    for (claim, objective) in [(&first, 5.0), (&second, 7.0)] {
+        let stored = store.accept_result(with_band(claim, objective)).await;
+        let Reported::Stored { restart: of, .. } = stored.unwrap() else {
+            panic!("not stored");
+        };
+        restart = of;
+    }
+    let bands = |counts: salp_protocol::Counts| (counts.bands.evaluations, counts.bands.answered);
+    // 7 is no better than 5.
+    assert_eq!(bands(store.counts(&study).await.unwrap()), (1, 0));
+    // What an optimiser waits for goes first, also of a study that came later.
+    let later = submit(store, "bands-later", &[1.0]).await;
+    let claims = [claim(store).await, claim(store).await];
+    assert!(claims.iter().all(|claim| !claim.request.second_mesh));
+    let of = |id: &StudyId| claims.iter().find(|claim| claim.study == *id).unwrap();
+    end(store, &later).await;
+    store.accept_result(report(of(&later), 1.0)).await.unwrap();
+    let held = claim(store).await;
+    assert!(held.request.second_mesh);
+    assert!(store.release(&held.evaluation, held.fence).await.unwrap());
+    // While an optimiser is about to ask for more, bands wait.
+    store
+        .accept_result(with_band(of(&study), 3.0))
+        .await
+        .unwrap();
+    assert!(claim_for(store, LEASE_MS).await.is_none());
+    let batch = store.batch(restart.unwrap()).await.unwrap().unwrap();
+    assert_eq!(batch.outcomes.len(), 3);
+    let step = NewStep {
+        restart: batch.restart,
+        version: batch.version,
+        machine: json!({}),
+        summary: json!({}),
+        done: true,
+        asks: Vec::new(),
+    };
+    store.save_step(step).await.unwrap();
+    store.finish(&study).await.unwrap();
+    let state = async || store.study(&study).await.unwrap().unwrap().state;
+    assert_eq!(state().await, StudyState::Running, "bands are out");
+    let band = claim(store).await;
+    let value = of_band(&band, OutcomeStatus::Ok, Some(4.8));
+    let stored = store.accept_result(value).await.unwrap();
+    assert!(matches!(stored, Reported::Stored { restart: None, .. }));
+    // One whose solve fails ends the study all the same.
+    let band = claim(store).await;
+    let status = OutcomeStatus::NotConverged {
+        reason: "why".to_owned(),
+        load_fraction: 0.5,
+    };
+    store
+        .accept_result(of_band(&band, status, None))
+        .await
+        .unwrap();
+    assert_eq!(state().await, StudyState::Done);
+    let counts = store.counts(&study).await.unwrap();
+    assert_eq!(
+        (counts.evaluations, counts.answered, counts.alarms),
+        (3, 3, 0)
+    );
+    assert_eq!((counts.bands.answered, counts.bands.without_values), (2, 1));
+    let points = store.points(&study).await.unwrap();
+    let values: Vec<_> = points
+        .iter()
+        .map(|p| (p.objective, p.second_mesh))
+        .collect();
+    let expected = [(Some(5.0), Some(4.8)), (Some(7.0), None), (Some(3.0), None)];
+    assert_eq!(values, expected);
+    let ledger = store.ledger(&study, 0, 10, false).await.unwrap();
+    let of: Vec<_> = ledger
+        .iter()
+        .filter_map(|row| row.band_of.as_ref())
+        .collect();
+    assert_eq!(of, [&points[0].evaluation, &points[2].evaluation]);
+    assert!(
+        ledger
+            .iter()
+            .all(|row| (row.kind == "band") == row.band_of.is_some())
+    );
+    assert_eq!(
+        store.bests(&study).await.unwrap()[0].outcome.objective,
+        Some(3.0)
+    );
+}
+
+async fn a_cancelled_study_asks_for_no_band(store: &dyn Store) {
+    let study = submit(store, "bands-cancelled", &[1.0, 2.0]).await;
+    let first = claim(store).await;
+    store.accept_result(with_band(&first, 5.0)).await.unwrap();
+    end(store, &study).await;
+    assert!(claim_for(store, LEASE_MS).await.is_none());
+    let view = store.study(&study).await.unwrap().unwrap();
+    assert_eq!(view.state, StudyState::Cancelled);
+    let ledger = store.ledger(&study, 0, 10, false).await.unwrap();
+    let band = ledger.iter().find(|row| row.band_of.is_some()).unwrap();
+    assert_eq!(band.status, "withdrawn");
 }
 
 async fn expired_leases_are_claimed_again_up_to_the_cap(store: &dyn Store) {

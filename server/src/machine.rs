@@ -37,6 +37,24 @@ pub struct Verdict {
     pub counts: bool,
 }
 
+/// What the coordinator makes of an outcome.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judgement {
+    /// Whether the point counts.
+    pub verdict: Verdict,
+    /// What is asked for its error band, should it be the best so far; `None` where it will have none.
+    pub band: Option<BandAsk>,
+}
+
+/// The evaluation of an error band.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BandAsk {
+    /// What is asked.
+    pub request: EvaluationRequest,
+    /// Key of the result.
+    pub key: String,
+}
+
 /// An optimiser that broke: the study fails with this text.
 #[derive(Debug, thiserror::Error)]
 #[error("step {step}, restart {restart}: failed to {reason}")]
@@ -137,13 +155,31 @@ impl StudyMachine {
         Ok((checked, nonsense))
     }
 
-    /// Whether a point counts.
-    pub fn verdict(
+    /// Whether a point counts, and what its error band asks for.
+    pub fn judge(
+        &self,
+        request: &EvaluationRequest,
+        outcome: &Outcome,
+    ) -> Result<Judgement, MachineError> {
+        let verdict = self.verdict(request, outcome)?;
+        let band = self.study.band(request).filter(|_| verdict.counts);
+        let band = band.map(|request| {
+            let key = self.key(&request)?;
+            Ok(BandAsk { request, key })
+        });
+        Ok(Judgement {
+            verdict,
+            band: band.transpose()?,
+        })
+    }
+
+    fn verdict(
         &self,
         request: &EvaluationRequest,
         outcome: &Outcome,
     ) -> Result<Verdict, MachineError> {
-        if outcome.objective.is_none() {
+        // A band says something of a point, and is none.
+        if outcome.objective.is_none() || request.second_mesh {
             return Ok(Verdict::WITHOUT_VALUES);
         }
         let broke = |e: StudyError| broke(request, &e);
@@ -214,6 +250,14 @@ fn broke(request: &EvaluationRequest, error: &StudyError) -> MachineError {
         restart: 0,
         reason: error.to_string(),
     }
+}
+
+impl Judgement {
+    /// Of an outcome without values.
+    pub const WITHOUT_VALUES: Self = Self {
+        verdict: Verdict::WITHOUT_VALUES,
+        band: None,
+    };
 }
 
 impl Verdict {

@@ -9,7 +9,7 @@ use salp_protocol::{
 };
 use serde_json::Value;
 
-use crate::machine::Verdict;
+use crate::machine::Judgement;
 
 /// Why a transaction failed.
 #[derive(Debug, thiserror::Error)]
@@ -101,7 +101,7 @@ pub struct NewAsk {
     /// Whether it starts a program.
     pub command: bool,
     /// The known result.
-    pub known: Option<(KnownResult, Verdict)>,
+    pub known: Option<(KnownResult, Judgement)>,
 }
 
 /// A result that was paid for before.
@@ -150,7 +150,7 @@ pub enum Claimed {
 pub struct ClaimAnswer {
     /// The claim.
     pub claimed: Claimed,
-    /// Restarts that got a `lost` result: perhaps their batch is complete now.
+    /// Restarts whose optimiser got a `lost` result: perhaps their batch is complete now.
     pub lost: Vec<RestartId>,
 }
 
@@ -190,8 +190,8 @@ pub struct AcceptedReport {
     pub worker: WorkerIdentity,
     /// Outcome.
     pub outcome: Outcome,
-    /// Whether the point counts.
-    pub verdict: Verdict,
+    /// Whether the point counts, and its band.
+    pub judgement: Judgement,
     /// Who paid for the outcome, where it was known; the worker is that of the payer then.
     pub cached_from: Option<EvaluationId>,
 }
@@ -203,8 +203,8 @@ pub enum Reported {
     Stored {
         /// Status under which it was stored.
         status: String,
-        /// Its restart, whose batch may be complete now.
-        restart: RestartId,
+        /// Its restart, whose batch may be complete now; `None` of a band, for which no optimiser waits.
+        restart: Option<RestartId>,
     },
     /// Stored before, by this very fence.
     Repeated {
@@ -373,6 +373,8 @@ pub struct StoredPoint {
     pub cpu_s: f64,
     /// Stored, ms.
     pub finished_ms: i64,
+    /// Objective on the second mesh, of a band that is answered with a value.
+    pub second_mesh: Option<f64>,
 }
 
 /// The store.
@@ -387,12 +389,12 @@ pub trait Store: Send + Sync {
         step: usize,
         restarts: Vec<NewRestart>,
     ) -> Result<bool, StoreError>;
-    /// Ends a study after its last step.
+    /// Ends a study after its last step, if nothing of it is queued: the last band to be answered ends it otherwise.
     async fn finish(&self, study: &StudyId) -> Result<(), StoreError>;
     /// Ends a study whose optimiser broke.
     async fn fail(&self, study: &StudyId, failure: &str) -> Result<(), StoreError>;
-    /// Hands out the best evaluation that is ready, or leased and expired: by priority, least running share of its
-    /// study, age. Fence and attempt grow by one; attempts beyond the cap end as `lost`.
+    /// Hands out the best evaluation that is ready, or leased and expired: bands after everything that an optimiser waits
+    /// for, then by priority, least running share of its study, age. Fence and attempt grow by one; attempts beyond the cap end as `lost`.
     async fn claim(
         &self,
         request: &ClaimRequest,
@@ -406,7 +408,7 @@ pub trait Store: Send + Sync {
         fence: i64,
         lease_ms: i64,
     ) -> Result<Held, StoreError>;
-    /// Stores a result where the fence holds.
+    /// Stores a result where the fence holds, and queues the band of a result that is the best so far of its step.
     async fn accept_result(&self, report: AcceptedReport) -> Result<Reported, StoreError>;
     /// Puts an evaluation back whose report was nonsense; over the cap the given outcome is stored.
     async fn reject_result(
@@ -459,7 +461,7 @@ pub trait Store: Send + Sync {
     async fn restarts(&self, study: &StudyId) -> Result<Vec<StoredRestart>, StoreError>;
     /// Best point of each restart among those that count, the earliest among equals.
     async fn bests(&self, study: &StudyId) -> Result<Vec<StoredBest>, StoreError>;
-    /// Points of all curves: by restart, then in the optimiser's order.
+    /// Points of all curves: by restart, then in the optimiser's order; those that have a band with it.
     async fn points(&self, study: &StudyId) -> Result<Vec<StoredPoint>, StoreError>;
     /// The ledger after an evaluation.
     async fn ledger(

@@ -2,8 +2,8 @@
 
 use salp_core::study::Study;
 use salp_protocol::{
-    Axis, Best, Candidate, Curve, EvaluationRow, RestartView, StepState, StepView, StudyId,
-    StudyState, StudyView,
+    Axis, Best, BestSoFar, Candidate, Curve, EvaluationRow, RestartView, StepState, StepView,
+    StudyId, StudyState, StudyView,
 };
 use salp_worker::Client;
 use serde_json::{Value, json};
@@ -20,6 +20,8 @@ pub struct Results {
     pub restarts: Vec<RestartView>,
     /// Its ledger, by restart in the optimiser's order.
     pub ledger: Vec<EvaluationRow>,
+    /// The evaluations of its error bands.
+    pub bands: Vec<EvaluationRow>,
     /// Its candidates.
     pub candidates: Vec<Candidate>,
     /// Run time against objective.
@@ -40,7 +42,8 @@ impl Results {
         study: &Study,
         seconds: f64,
     ) -> Result<Self, Failure> {
-        let mut ledger = client.evaluations(id, true)?;
+        let rows = client.evaluations(id, true)?.into_iter();
+        let (bands, mut ledger): (Vec<_>, Vec<_>) = rows.partition(|row| row.band_of.is_some());
         ledger.sort_by_key(|row| (row.step, row.restart, row.batch, row.batch_index));
         let view = client.study(id)?;
         let active = |(step, s): (usize, &StepView)| {
@@ -53,6 +56,7 @@ impl Results {
             view,
             restarts: client.restarts(id)?,
             ledger,
+            bands,
             candidates: client.candidates(id)?,
             curve: client.curve(id, Axis::Cpu)?,
             keeps: study.steps.iter().map(|step| step.keeps).collect(),
@@ -75,6 +79,13 @@ impl Results {
             .find_map(|(step, view)| Some((step, view.best.as_ref()?)))
     }
 
+    /// The error band of a step's best design.
+    pub fn band(&self, step: usize) -> Option<[f64; 2]> {
+        let of_step = |best: &&BestSoFar| best.point.step == step;
+        let last = self.curve.best.iter().rfind(of_step)?;
+        Some([last.band_low?, last.band_high?])
+    }
+
     /// Active limits at a step's best design.
     pub fn active(&self, step: usize) -> Option<&ActiveLimits> {
         self.active.get(step)?.as_ref()
@@ -89,6 +100,7 @@ impl Results {
             "study_id": self.view.id,
             "status": state,
             "steps": steps,
+            "bands": self.view.counts.bands,
             "seconds": self.seconds,
         })
     }
@@ -106,6 +118,7 @@ impl Results {
                 "objective": best.objective,
                 "max_violation": best.max_violation,
                 "evaluation": best.evaluation,
+                "band": self.band(step),
                 "limits": self.active(step).map(ActiveLimits::document),
             })
         });

@@ -101,6 +101,10 @@ impl Progress {
         let Some(line) = line else {
             return;
         };
+        // A band is none of the optimiser's evaluations.
+        if field("band_of").is_some() {
+            return;
+        }
         line.seen = true;
         let says = |name: &str| field(name).and_then(serde_json::Value::as_bool);
         match event.kind.as_str() {

@@ -8,7 +8,7 @@ use salp_core::geometry::{MeshPlan, Point};
 use salp_core::scene::{Bound, ContactMode, Goal, Orientation, Scene};
 use salp_core::study::Study;
 use salp_core::study::spec::{Model, StepConstraints};
-use salp_protocol::{Best, csv};
+use salp_protocol::{Best, EvaluationRow, csv};
 use serde_json::{Value, json};
 
 use super::document::Results;
@@ -33,7 +33,7 @@ pub fn write(
     let at = |name: &str| folder.at("report").join(name);
     let pretty = |value: &Value| serde_json::to_string_pretty(value).unwrap_or_default();
     write_file(&at("curve.csv"), &csv::curve(&results.curve))?;
-    write_file(&at("ledger.csv"), &csv::ledger(&results.ledger))?;
+    write_file(&at("ledger.csv"), &csv::ledger(&all_rows(results)))?;
     let mut lines = counts(results);
     let mut caption = Vec::new();
     let mut summary = json!({ "study_id": results.view.id, "name": study.name });
@@ -88,6 +88,7 @@ pub fn write(
             summary["best"] = json!(best);
         }
     }
+    lines.push(bands(study, results));
     lines.extend(crate::accuracy::lines(study));
     lines.extend(caption.iter().cloned());
     // Steps of programs have no goal, and their objective no unit that we know.
@@ -100,6 +101,7 @@ pub fn write(
     };
     let curve = crate::curve::picture(&results.curve, &study.name, &unit, label, caption);
     write_file(&at("curve.svg"), &curve.svg())?;
+    summary["bands"] = json!(results.view.counts.bands);
     summary["restarts"] = json!(results.restarts.len());
     summary["evaluations"] = json!(results.view.counts.answered);
     summary["cpu_s"] = json!(cpu_s(results));
@@ -136,7 +138,42 @@ fn counts(results: &Results) -> Vec<String> {
     ]
 }
 
-/// CPU time that was spent: a known result costs nothing again.
+/// The band of the best design, and what the bands took.
+fn bands(study: &Study, results: &Results) -> String {
+    if study.body.is_none() {
+        return "no error bands: every model is a program".into();
+    }
+    if !study.error_bands {
+        return "no error bands: the study says off".into();
+    }
+    let counts = &results.view.counts.bands;
+    let best = results.best().map_or_else(String::new, |(step, best)| {
+        let unit = goal(study, step).map_or_else(String::new, |goal| format!(" {}", goal.unit()));
+        match results.band(step) {
+            Some([low, high]) => format!(
+                "best {} \u{b1} {}{unit} (two meshes); ",
+                number(Some(best.objective)),
+                number(Some((high - low) / 2.0))
+            ),
+            None => "band of the best not known; ".to_owned(),
+        }
+    });
+    format!(
+        "{best}bands: {} evaluations ({} without values), {} s of CPU beside that of the optimisers",
+        counts.answered,
+        counts.without_values,
+        number(Some(counts.cpu_s))
+    )
+}
+
+/// The whole ledger.
+fn all_rows(results: &Results) -> Vec<EvaluationRow> {
+    let mut rows = results.ledger.clone();
+    rows.extend(results.bands.iter().cloned());
+    rows
+}
+
+/// CPU time that was spent by optimisers: a known result costs nothing again.
 pub fn cpu_s(results: &Results) -> f64 {
     results
         .ledger

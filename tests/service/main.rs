@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod bands;
 mod verbs;
 
 use std::collections::BTreeSet;
@@ -58,8 +59,9 @@ fn one_worker_and_two_give_the_same_history_and_a_curve_that_climbs() {
                 .all(|pair| pair[1].t_s >= pair[0].t_s)
         );
     }
-    assert_eq!(curve.best.last().unwrap().best, Some(best.objective));
-    assert_eq!(curve.best.last().unwrap().evaluations, ledger.len() as u64);
+    let last = curve.best.last().unwrap();
+    assert_eq!(last.point.best, Some(best.objective));
+    assert_eq!(last.point.evaluations, ledger.len() as u64);
     let candidates = coordinator.client.candidates(&id).unwrap();
     assert_eq!(candidates[0].x, best.x);
     let core = &coordinator.client.restarts(&id).unwrap()[best.restart].summary;

@@ -8,7 +8,7 @@ use super::notes;
 use super::scene::{goal_gradient, mesh_actuator, overlap_report, placed_goal, probe_points};
 use crate::adjoint::NodeGradient;
 use crate::equilibrium::{LimitKind, NotConverged, Observer, PathEnd, Settings};
-use crate::geometry::{Actuator, design_gradient};
+use crate::geometry::{Actuator, MeshPlan, design_gradient};
 use crate::mesh::MappedMesh;
 use crate::objective::enclosed_area;
 use crate::scene::{Body, Bound, Goal, Measure, Orientation, Scene};
@@ -76,6 +76,15 @@ struct LimitRows {
 }
 
 impl LimitRows {
+    /// None at all.
+    const OFF: Self = Self {
+        stretch: None,
+        margin: None,
+        gap: None,
+        exclude_non_unique: false,
+        bounds: Vec::new(),
+    };
+
     fn new(study: &Study, step: usize, scene: &Scene) -> Result<Self, StudyError> {
         let (Some(body), StepConstraints::Chambers(constraints)) =
             (&study.body, &study.step(step)?.constraints)
@@ -135,6 +144,14 @@ fn attempt(
         Some(base) => study.mesh_plan(step, base)?,
         None => None,
     };
+    let plan = if request.second_mesh {
+        // Where the base has no plan, the design has its own.
+        let own = || study.mesh_plan(step, &request.x).transpose();
+        let plan = plan.map(Ok).or_else(own).transpose()?;
+        plan.as_ref().map(MeshPlan::halved)
+    } else {
+        plan
+    };
     let Body::Actuator(chain) = &scene.body else {
         return Err(StudyError::NoChambers { step });
     };
@@ -159,7 +176,11 @@ fn attempt(
     let Ok(probes) = probe_points(&scene, &body) else {
         return infeasible("the tip lies in a chamber".to_owned());
     };
-    let limits = LimitRows::new(study, step, &scene)?;
+    let limits = if request.second_mesh {
+        LimitRows::OFF
+    } else {
+        LimitRows::new(study, step, &scene)?
+    };
     let goal = placed_goal(&scene).ok_or(StudyError::NoChambers { step })?;
     let measures = [&goal.measure]
         .into_iter()
@@ -174,7 +195,7 @@ fn attempt(
         stretch_radius: limits.stretch.map(|(_, radius)| radius),
         wall_gaps: limits.gap.is_some(),
         limit_gradients: request.want_gradient,
-        walls: true,
+        walls: !request.second_mesh,
         gaps: false,
         fields: false,
     };
@@ -285,6 +306,9 @@ fn fill(
     let states = &analysis.states;
     let goal = placed_goal(scene).ok_or(StudyError::NoChambers { step })?;
     outcome.objective = Some(goal.objective(goal.measure.value(states)).0);
+    if request.second_mesh {
+        return Ok(());
+    }
     let (mut values, mut gradients) = study.geometry_rows(step, x)?;
     values.extend(limits.of(analysis).map(|(value, ..)| value));
     let bound_rows = || {

@@ -13,6 +13,10 @@ const PLOT: [f64; 2] = [600.0, 380.0];
 const LEGEND_TEXT: f64 = 54.0;
 /// Widths of these texts: longer ones are broken.
 const LEGEND_WIDTH: [f64; 2] = [150.0, 300.0];
+/// An error band, grey as the best's line is black.
+const BAND: &str = "fill=\"#000000\" fill-opacity=\"0.2\"";
+/// A tie's open marker.
+const TIE: &str = "fill=\"#ffffff\" stroke=\"#000000\" stroke-width=\"1.6\"";
 /// Restarts that the legend names.
 const NAMED: usize = 18;
 
@@ -28,7 +32,7 @@ pub struct CurvePicture {
     /// One for each restart.
     pub restarts: Vec<CurveSeries>,
     /// The best so far over all restarts; empty: not drawn.
-    pub best: Vec<CurvePoint>,
+    pub best: Vec<BestPoint>,
     /// Lines under the picture: p/mu, schedule, units, tip and limits.
     pub caption: Vec<String>,
 }
@@ -53,6 +57,29 @@ pub struct CurvePoint {
     pub overlapped: bool,
 }
 
+/// A point of the best so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BestPoint {
+    /// Time or count.
+    pub at: f64,
+    /// Objective; points that are not finite are left out.
+    pub objective: f64,
+    /// Lower and upper end of its error band, where it is known.
+    pub band: Option<(f64, f64)>,
+    /// Whether it lies within the band of the point before it.
+    pub tie: bool,
+}
+
+impl BestPoint {
+    fn plain(&self) -> CurvePoint {
+        CurvePoint {
+            at: self.at,
+            objective: self.objective,
+            overlapped: false,
+        }
+    }
+}
+
 impl CurvePicture {
     /// The picture as SVG.
     pub fn svg(&self) -> String {
@@ -72,19 +99,17 @@ impl CurvePicture {
             .max(MARGIN_TOP + legend.iter().map(Entry::height).sum::<f64>());
         let height = foot + 16.0 * caption.len() as f64 + 14.0;
         let mut svg = Svg::new([width, height], &self.title);
-        let all = || {
-            self.restarts
-                .iter()
-                .flat_map(|s| &s.points)
-                .chain(&self.best)
-        };
+        let best: Vec<CurvePoint> = self.best.iter().map(BestPoint::plain).collect();
+        let all = || self.restarts.iter().flat_map(|s| &s.points).chain(&best);
+        let ends = self.best.iter().filter_map(|b| b.band);
+        let ends = ends.flat_map(|(low, high)| [low, high]);
         let time = Axis::around(
             all().map(|p| p.at).chain([0.0]),
             [MARGIN_LEFT, MARGIN_LEFT + PLOT[0]],
             7,
         );
         let objective = Axis::around(
-            all().map(|p| p.objective),
+            all().map(|p| p.objective).chain(ends),
             [MARGIN_TOP + PLOT[1], MARGIN_TOP],
             7,
         );
@@ -93,8 +118,9 @@ impl CurvePicture {
             .map(|p| p.at)
             .filter(|t| t.is_finite())
             .fold(0.0, f64::max);
+        self.bands(&mut svg, &time, &objective, end);
         // The restarts lie over the best, which then shows through their dots.
-        for run in runs(&self.best, end) {
+        for run in runs(&best, end) {
             let points: Vec<[f64; 2]> = run
                 .points
                 .iter()
@@ -131,6 +157,13 @@ impl CurvePicture {
                 );
             }
         }
+        for point in self.drawn_ties() {
+            svg.disc(
+                [time.pixel(point.at), objective.pixel(point.objective)],
+                4.0,
+                TIE,
+            );
+        }
         if let Some([x, y]) = first_overlap {
             let x = x.min(MARGIN_LEFT + PLOT[0] - 90.0);
             let white = "fill=\"#ffffff\" fill-opacity=\"0.85\"";
@@ -146,6 +179,31 @@ impl CurvePicture {
         draw_legend(&mut svg, &legend);
         frame::caption(&mut svg, foot, &caption);
         svg.finish()
+    }
+
+    /// A light area about each piece of the best's line, from its point to the next.
+    fn bands(&self, svg: &mut Svg, time: &Axis, objective: &Axis, end: f64) {
+        for (i, point) in self.best.iter().enumerate() {
+            let next = self.best.get(i + 1).map_or(end.max(point.at), |p| p.at);
+            let Some((low, high)) = point.band else {
+                continue;
+            };
+            if !(low.is_finite() && high.is_finite() && next > point.at) {
+                continue;
+            }
+            let [left, right] = [point.at, next].map(|t| time.pixel(t));
+            let [top, bottom] = [high, low].map(|f| objective.pixel(f));
+            // A band thinner than a hair still shows that it is known.
+            svg.rectangle([left, top], [right - left, (bottom - top).max(0.5)], BAND);
+        }
+    }
+
+    /// Ties, each once: the last point of a curve repeats its best.
+    fn drawn_ties(&self) -> impl Iterator<Item = &BestPoint> {
+        let new = |i: usize| i == 0 || self.best[i - 1].objective != self.best[i].objective;
+        let best = self.best.iter().enumerate();
+        best.filter(move |(i, p)| p.tie && p.objective.is_finite() && new(*i))
+            .map(|(_, p)| p)
     }
 
     fn axes(&self, svg: &mut Svg, time: &Axis, objective: &Axis) {
@@ -173,29 +231,39 @@ impl CurvePicture {
 
     fn legend(&self) -> Vec<Entry> {
         let mut entries = Vec::new();
-        let mut add = |style: String, label: &str| {
+        let mut add = |style: String, label: &str, marker: Option<&'static str>| {
             entries.push(Entry {
                 style,
+                marker,
                 lines: text::wrap(label, LEGEND_WIDTH[1], 12.0),
             });
         };
         if !self.best.is_empty() {
-            add(stroke("#000000", false, true), "best so far");
+            add(stroke("#000000", false, true), "best so far", None);
+        }
+        if self.best.iter().any(|p| p.band.is_some()) {
+            let words = "error band of the best (two meshes)";
+            add("stroke=\"#c8c8c8\" stroke-width=\"10\"".into(), words, None);
+        }
+        if self.drawn_ties().next().is_some() {
+            let line = stroke("#000000", false, true);
+            add(line, "tie: within the band before it", Some(TIE));
         }
         for (i, series) in self.restarts.iter().take(NAMED).enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
-            add(stroke(colour, false, false), &series.label);
+            add(stroke(colour, false, false), &series.label, None);
         }
         if self.restarts.len() > NAMED {
             let more = format!("and {} more restarts", self.restarts.len() - NAMED);
-            add("stroke=\"none\"".into(), &more);
+            add("stroke=\"none\"".into(), &more, None);
         }
         let overlaps = |series: &CurveSeries| {
             let mut drawn = series.points.iter().filter(|p| p.objective.is_finite());
             drawn.any(|p| p.overlapped)
         };
         if self.restarts.iter().any(overlaps) {
-            add(stroke("#555555", true, false), "walls overlap: not counted");
+            let words = "walls overlap: not counted";
+            add(stroke("#555555", true, false), words, None);
         }
         entries
     }
@@ -204,6 +272,8 @@ impl CurvePicture {
 /// A line of the legend.
 struct Entry {
     style: String,
+    /// Of a disc on the line.
+    marker: Option<&'static str>,
     lines: Vec<String>,
 }
 
@@ -218,6 +288,9 @@ fn draw_legend(svg: &mut Svg, entries: &[Entry]) {
     let mut y = MARGIN_TOP + 10.0;
     for entry in entries {
         svg.line([x + 16.0, y], [x + 46.0, y], &entry.style);
+        if let Some(marker) = entry.marker {
+            svg.disc([x + 31.0, y], 4.0, marker);
+        }
         for (i, line) in entry.lines.iter().enumerate() {
             let at = [x + LEGEND_TEXT, y + 4.0 + 15.0 * i as f64];
             svg.text(at, 12.0, Anchor::Start, "fill=\"#222222\"", line);
@@ -360,7 +433,12 @@ mod tests {
                     points: vec![point(0.0, 1.0, false), point(2.0, -3e6, true)],
                 })
                 .collect(),
-            best: vec![point(0.0, 1.0, false)],
+            best: vec![BestPoint {
+                at: 0.0,
+                objective: 1.0,
+                band: Some((0.5, 1.5)),
+                tie: true,
+            }],
             caption: vec!["limits of the counted designs; ".repeat(12)],
         };
         all_texts_fit(&picture(&labels, 1).svg());
@@ -368,5 +446,12 @@ mod tests {
         let short = picture(&["restart 0".to_owned()], 1).svg();
         all_texts_fit(&short);
         assert!(short.contains("walls overlap: not counted"));
+        assert!(short.contains("error band of the best") && short.contains("tie: within"));
+        assert_eq!(
+            short.matches(TIE).count(),
+            2,
+            "in the plot and in the legend"
+        );
+        assert_eq!(short.matches(BAND).count(), 1);
     }
 }

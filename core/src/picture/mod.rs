@@ -13,7 +13,7 @@ mod svg;
 mod text;
 
 pub use axis::Scale;
-pub use curve::{CurvePicture, CurvePoint, CurveSeries};
+pub use curve::{BestPoint, CurvePicture, CurvePoint, CurveSeries};
 pub use scatter::{ScatterPicture, ScatterSeries};
 #[cfg(feature = "solver")]
 pub use shape::ShapePicture;

@@ -101,6 +101,7 @@ impl EvaluationRequest {
         bits(&mut hash, &self.x);
         bits(&mut hash, self.plan_base.as_deref().unwrap_or(&[]));
         number(&mut hash, u64::from(self.want_gradient));
+        number(&mut hash, u64::from(self.second_mesh));
         Ok(hex(hash))
     }
 }

@@ -1,5 +1,6 @@
 //! The study document, its restarts, and what an evaluation is asked and answers.
 
+mod band;
 mod chambers;
 mod design;
 mod error;
@@ -16,6 +17,7 @@ mod start;
 mod tests;
 mod told;
 
+pub use band::band_half_width;
 pub use design::{DesignVariables, TIP};
 pub use error::StudyError;
 pub use fingerprint::{HistoryEntry, empty_history, extend_history, history_sha256};

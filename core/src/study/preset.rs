@@ -90,6 +90,7 @@ fn merge_steps(base: &mut Value, over: Value) {
 fn paper() -> Value {
     json!({
         "name": "paper-hierarchical",
+        "error_bands": false,
         "actuator": {"unit_mm": [80, 80], "units": 3, "layout": "stacked_pair", "wall_mm": 2, "centre_clearance_mm": 0.5},
         "material": "mold-star-30",
         "actuation": {

@@ -292,6 +292,7 @@ impl RestartState {
             x: ask.x,
             want_gradient: ask.want_gradient,
             orientation: self.spec.orientation,
+            second_mesh: false,
         };
         Ok(asks.into_iter().map(request).collect())
     }

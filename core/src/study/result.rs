@@ -22,6 +22,18 @@ pub struct EvaluationRequest {
     pub plan_base: Option<Vec<f64>>,
     /// The sense of the enclosed area for this restart; `None` under `either`: the better one at this design.
     pub orientation: Option<Orientation>,
+    /// Whether the objective alone is wanted, on the second mesh of error bands; the other fields are those of the
+    /// evaluation whose band it is.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub second_mesh: bool,
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature that serde asks for"
+)]
+pub(super) fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 /// How an evaluation ended.

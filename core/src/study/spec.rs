@@ -6,6 +6,7 @@
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
+use super::result::is_false;
 use crate::actuation::ActuationCycle;
 use crate::geometry::Point;
 use crate::material::{MaterialLaw, records};
@@ -24,6 +25,9 @@ pub struct Study {
     /// Whether workers of any build and instruction set may join: its history is then the same to solver tolerance only.
     #[serde(skip_serializing_if = "is_false")]
     pub mixed_hardware: bool,
+    /// Whether each new best so far of a finite-element step is evaluated on a second mesh too.
+    #[serde(skip_serializing_if = "is_true")]
+    pub error_bands: bool,
     /// The steps, in the document's order.
     #[serde(rename = "step")]
     pub steps: Vec<StudyStep>,
@@ -480,8 +484,8 @@ fn actuation_as_document<S: Serializer>(
     clippy::trivially_copy_pass_by_ref,
     reason = "the signature that serde asks for"
 )]
-fn is_false(flag: &bool) -> bool {
-    !flag
+fn is_true(flag: &bool) -> bool {
+    *flag
 }
 
 #[expect(

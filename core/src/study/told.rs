@@ -88,7 +88,16 @@ impl Study {
         request: &EvaluationRequest,
         outcome: &Outcome,
     ) -> Result<Outcome, StudyError> {
-        let problem = self.problem(request.step)?;
+        let problem = if request.second_mesh {
+            // The objective alone is asked for.
+            Problem {
+                inequalities: 0,
+                equalities: 0,
+                ..self.problem(request.step)?
+            }
+        } else {
+            self.problem(request.step)?
+        };
         let mut checked = outcome.clone();
         if outcome.status == OutcomeStatus::Ok
             && let Some(reason) = nonsense(&problem, outcome)

@@ -115,8 +115,8 @@ impl Coordinator {
         let known = self.store.known(&keys, bound_to, within).await?;
         for (ask, known) in asks.iter_mut().zip(known) {
             if let Some(known) = known {
-                let verdict = machine.verdict(&ask.request, &known.outcome)?;
-                ask.known = Some((known, verdict));
+                let judgement = machine.judge(&ask.request, &known.outcome)?;
+                ask.known = Some((known, judgement));
             }
         }
         Ok(asks)

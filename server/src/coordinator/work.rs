@@ -10,7 +10,7 @@ use tokio::time::Instant;
 use tracing::{Span, field, info, instrument, warn};
 
 use super::{Coordinator, CoordinatorError, LONGEST_WAIT_S};
-use crate::store::{AcceptedReport, Claimed, Reported, StoreError};
+use crate::store::{AcceptedReport, Claimed, Reported, RestartId, StoreError};
 
 /// How often a held claim looks for leases that expired, which nobody announces.
 const LOOK_AGAIN: Duration = Duration::from_secs(1);
@@ -88,13 +88,12 @@ impl Coordinator {
             evaluation: claim.evaluation.clone(),
             fence: claim.fence,
             worker: payer,
-            verdict: machine.verdict(&claim.request, &known.outcome)?,
+            judgement: machine.judge(&claim.request, &known.outcome)?,
             outcome: known.outcome,
             cached_from: Some(known.evaluation),
         };
         if let Reported::Stored { restart, .. } = self.store.accept_result(report).await? {
-            self.announce_news();
-            self.advance_in_background(restart);
+            self.follow_result(restart);
         }
         Ok(true)
     }
@@ -136,7 +135,7 @@ impl Coordinator {
             evaluation: evaluation.clone(),
             fence,
             worker,
-            verdict: machine.verdict(&asked.request, &outcome)?,
+            judgement: machine.judge(&asked.request, &outcome)?,
             outcome,
             cached_from: None,
         };
@@ -148,9 +147,8 @@ impl Coordinator {
         };
         match &reported {
             Reported::Stored { status, restart } => {
-                info!(restart = restart.0, status, "reported");
-                self.announce_news();
-                self.advance_in_background(*restart);
+                info!(restart = restart.map(|id| id.0), status, "reported");
+                self.follow_result(*restart);
             }
             Reported::PutBack => self.announce(),
             Reported::Stale => {
@@ -159,6 +157,14 @@ impl Coordinator {
             Reported::Repeated { .. } | Reported::Unknown => {}
         }
         Ok(reported)
+    }
+
+    /// A stored result is news; it may have queued a band; and the optimiser that waits for it is stepped.
+    fn follow_result(self: &Arc<Self>, restart: Option<RestartId>) {
+        self.announce();
+        if let Some(restart) = restart {
+            self.advance_in_background(restart);
+        }
     }
 
     /// Gives an evaluation back; false where the fence does not hold.

@@ -75,7 +75,8 @@ pub async fn curve(
     let study = find(&coordinator, id).await?;
     let points = coordinator.store.points(&study.id).await?;
     let axis = parameters.axis.unwrap_or(Axis::Cpu);
-    let curve = curve_of(axis, study.started_ms, &points);
+    let bands = coordinator.store.counts(&study.id).await?.bands;
+    let curve = curve_of(axis, study.started_ms, &points, bands);
     Ok(match parameters.format {
         Format::Json => Json(curve).into_response(),
         Format::Csv => csv(table::curve(&curve)),

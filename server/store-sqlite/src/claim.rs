@@ -2,12 +2,13 @@
 
 use salp_core::study::{Outcome, OutcomeStatus};
 use salp_protocol::{Claim, ClaimRequest, EvaluationId, StudyId, StudyState, WorkerId};
-use salp_server::machine::Verdict;
+use salp_server::machine::Judgement;
 use salp_server::store::{ClaimAnswer, Claimed, Held, RestartId, StoreError};
 
 use crate::SqliteStore;
 use crate::rows::{
-    Answered, Tx, database, enter_state, from_json, now_ms, store_answer, study_state,
+    Answered, Tx, database, end_if_complete, enter_state, from_json, now_ms, store_answer,
+    study_state,
 };
 
 const DOING: &str = "claim an evaluation";
@@ -175,7 +176,7 @@ async fn give_up_on(tx: &mut Tx, attempts: i64, now: i64) -> Result<Vec<RestartI
     let rows = sqlx::query!(
         r#"SELECT q.evaluation AS "evaluation!: i64", q.study AS "study!: String", q.fence AS "fence!: i64",
                   q.attempt AS "attempt!: i64", q.worker, e.restart AS "restart!: i64",
-                  e.result_key AS "result_key!: String", r.step AS "step!: i64",
+                  e.result_key AS "result_key!: String", e.band_of, r.step AS "step!: i64",
                   r.restart_index AS "restart_index!: i64"
            FROM queue q JOIN evaluations e ON e.id = q.evaluation JOIN restarts r ON r.id = e.restart
            WHERE q.state = 'leased' AND q.lease_until_ms <= ? AND q.attempt >= ?"#,
@@ -187,14 +188,17 @@ async fn give_up_on(tx: &mut Tx, attempts: i64, now: i64) -> Result<Vec<RestartI
     .map_err(database(DOING))?;
     let mut lost = Vec::new();
     for row in rows {
+        let study = StudyId(row.study);
         let answer = Answered {
             evaluation: EvaluationId(row.evaluation),
-            study: &StudyId(row.study),
+            study: &study,
+            restart: row.restart,
             step: row.step,
             restart_index: row.restart_index,
+            band_of: row.band_of,
             key: &row.result_key,
             outcome: &Outcome::without_values(OutcomeStatus::Lost),
-            verdict: Verdict::WITHOUT_VALUES,
+            judgement: &Judgement::WITHOUT_VALUES,
             cached_from: None,
             worker: row.worker.as_deref(),
             built: None,
@@ -206,7 +210,11 @@ async fn give_up_on(tx: &mut Tx, attempts: i64, now: i64) -> Result<Vec<RestartI
             .execute(&mut **tx)
             .await
             .map_err(database(DOING))?;
-        lost.push(RestartId(row.restart));
+        if row.band_of.is_some() {
+            end_if_complete(tx, &study, now).await?;
+        } else {
+            lost.push(RestartId(row.restart));
+        }
     }
     Ok(lost)
 }
@@ -217,30 +225,16 @@ async fn take_best(
     lease_ms: i64,
     now: i64,
 ) -> Result<Claimed, StoreError> {
-    let commands = i64::from(request.allow_commands);
-    let (build, set) = (&request.worker.build, &request.worker.instruction_set);
-    // Expired leases come back in the order of age like everything else.
-    let best = sqlx::query!(
-        r#"SELECT id AS "id!: String", state AS "state!: String", next AS "next!: i64" FROM (
-               SELECT s.id, s.state, s.priority,
-                      (SELECT COUNT(*) FROM queue q WHERE q.study = s.id AND q.state = 'leased' AND q.lease_until_ms > ?1) AS running,
-                      (SELECT MIN(q.evaluation) FROM queue q WHERE q.study = s.id AND (q.command = 0 OR ?2)
-                           AND (q.state = 'ready' OR (q.state = 'leased' AND q.lease_until_ms <= ?1))) AS next
-               FROM studies s
-               WHERE s.state IN ('queued', 'running')
-                 AND (s.mixed_hardware OR s.build IS NULL OR (s.build = ?3 AND s.instruction_set = ?4)))
-           WHERE next IS NOT NULL ORDER BY priority DESC, running, next LIMIT 1"#,
-        now,
-        commands,
-        build,
-        set
-    )
-    .fetch_optional(&mut **tx)
-    .await
-    .map_err(database(DOING))?;
+    let best = match best_of_kind(tx, request, "optimiser", now).await? {
+        Some(best) => Some(best),
+        // In a moment it asks for more.
+        None if an_optimiser_is_to_step(tx).await? => return Ok(Claimed::Nothing),
+        None => best_of_kind(tx, request, "band", now).await?,
+    };
     let Some(best) = best else {
         return why_nothing(tx, request, now).await;
     };
+    let (build, set) = (&request.worker.build, &request.worker.instruction_set);
     let study = StudyId(best.id);
     let until = now + lease_ms;
     let claim = sqlx::query!(
@@ -295,6 +289,58 @@ async fn take_best(
         claim,
         key: asked.result_key,
     })
+}
+
+/// What may be claimed first.
+struct Best {
+    id: String,
+    state: String,
+    next: i64,
+}
+
+async fn best_of_kind(
+    tx: &mut Tx,
+    request: &ClaimRequest,
+    kind: &str,
+    now: i64,
+) -> Result<Option<Best>, StoreError> {
+    let commands = i64::from(request.allow_commands);
+    // Expired leases come back in the order of age like everything else.
+    sqlx::query_as!(
+        Best,
+        r#"SELECT id AS "id!: String", state AS "state!: String", next AS "next!: i64" FROM (
+               SELECT s.id, s.state, s.priority,
+                      (SELECT COUNT(*) FROM queue q WHERE q.study = s.id AND q.state = 'leased' AND q.lease_until_ms > ?1) AS running,
+                      (SELECT MIN(q.evaluation) FROM queue q WHERE q.study = s.id AND q.kind = ?5 AND (q.command = 0 OR ?2)
+                           AND (q.state = 'ready' OR (q.state = 'leased' AND q.lease_until_ms <= ?1))) AS next
+               FROM studies s
+               WHERE s.state IN ('queued', 'running')
+                 AND (s.mixed_hardware OR s.build IS NULL OR (s.build = ?3 AND s.instruction_set = ?4)))
+           WHERE next IS NOT NULL ORDER BY priority DESC, running, next LIMIT 1"#,
+        now,
+        commands,
+        request.worker.build,
+        request.worker.instruction_set,
+        kind
+    )
+    .fetch_optional(&mut **tx)
+    .await
+    .map_err(database(DOING))
+}
+
+/// Whether bands wait while a batch is answered whose optimiser has still to be stepped.
+async fn an_optimiser_is_to_step(tx: &mut Tx) -> Result<bool, StoreError> {
+    let steps = sqlx::query_scalar!(
+        r#"SELECT (EXISTS (SELECT 1 FROM queue WHERE kind = 'band')
+             AND EXISTS (SELECT 1 FROM restarts r JOIN studies s ON s.id = r.study
+                         WHERE r.state = 'running' AND s.state IN ('queued', 'running')
+                           AND NOT EXISTS (SELECT 1 FROM evaluations e LEFT JOIN results a ON a.evaluation = e.id
+                                           WHERE e.restart = r.id AND e.batch = r.batch AND a.evaluation IS NULL))) AS "steps!: i64""#
+    )
+    .fetch_one(&mut **tx)
+    .await
+    .map_err(database(DOING))?;
+    Ok(steps != 0)
 }
 
 /// Tells a worker that gets nothing whether something waits for others.

@@ -4,7 +4,7 @@ use salp_protocol::{StudyId, StudyState};
 use salp_server::store::{Command, Commanded, StoreError};
 
 use crate::SqliteStore;
-use crate::rows::{Tx, database, enter_state, now_ms, study_state};
+use crate::rows::{Tx, database, end_if_complete, enter_state, now_ms, study_state};
 
 const DOING: &str = "change a study's state";
 
@@ -69,19 +69,8 @@ impl SqliteStore {
 
     pub(crate) async fn finish_study(&self, study: &StudyId) -> Result<(), StoreError> {
         let mut tx = self.write(DOING).await?;
-        let done = sqlx::query!(
-            "UPDATE studies SET step = steps
-             WHERE id = ?1 AND step = steps - 1 AND state IN ('queued', 'running', 'paused')
-               AND NOT EXISTS (SELECT 1 FROM restarts WHERE study = ?1 AND state = 'running')",
-            study.0
-        )
-        .execute(&mut *tx)
-        .await
-        .map_err(database(DOING))?;
-        if done.rows_affected() == 1 {
-            let now = now_ms(&mut tx).await?;
-            enter_state(&mut tx, study, StudyState::Done, now).await?;
-        }
+        let now = now_ms(&mut tx).await?;
+        end_if_complete(&mut tx, study, now).await?;
         tx.commit().await.map_err(database(DOING))
     }
 

@@ -1,7 +1,8 @@
 //! Reads of studies, restarts, best points, events and workers.
 
 use salp_protocol::{
-    Counts, EvaluationId, Event, StudyId, StudyState, WorkerId, WorkerIdentity, WorkerView,
+    BandCounts, Counts, EvaluationId, Event, StudyId, StudyState, WorkerId, WorkerIdentity,
+    WorkerView,
 };
 use salp_server::store::{
     Asked, RestartId, StoreError, StoredBest, StoredPoint, StoredRestart, StoredStudy,
@@ -81,13 +82,19 @@ impl SqliteStore {
         let row = sqlx::query!(
             r#"SELECT (SELECT COUNT(*) FROM restarts WHERE study = ?1) AS "restarts!: i64",
                       (SELECT COUNT(*) FROM restarts WHERE study = ?1 AND state = 'done') AS "restarts_done!: i64",
-                      (SELECT COUNT(*) FROM evaluations WHERE study = ?1) AS "evaluations!: i64",
-                      (SELECT COUNT(*) FROM results WHERE study = ?1) AS "answered!: i64",
-                      (SELECT COUNT(*) FROM queue WHERE study = ?1 AND state = 'ready') AS "ready!: i64",
-                      (SELECT COUNT(*) FROM queue WHERE study = ?1 AND state = 'leased') AS "leased!: i64",
-                      (SELECT COUNT(*) FROM results WHERE study = ?1 AND status <> 'ok') AS "without_values!: i64",
-                      (SELECT COUNT(*) FROM results WHERE study = ?1
-                           AND status IN ('not_converged', 'invalid_result', 'lost')) AS "alarms!: i64""#,
+                      COUNT(*) FILTER (WHERE e.band_of IS NULL) AS "evaluations!: i64",
+                      COUNT(a.status) FILTER (WHERE e.band_of IS NULL) AS "answered!: i64",
+                      COUNT(*) FILTER (WHERE e.band_of IS NULL AND q.state = 'ready') AS "ready!: i64",
+                      COUNT(*) FILTER (WHERE e.band_of IS NULL AND q.state = 'leased') AS "leased!: i64",
+                      COUNT(*) FILTER (WHERE e.band_of IS NULL AND a.status <> 'ok') AS "without_values!: i64",
+                      COUNT(*) FILTER (WHERE e.band_of IS NULL
+                           AND a.status IN ('not_converged', 'invalid_result', 'lost')) AS "alarms!: i64",
+                      COUNT(*) FILTER (WHERE e.band_of IS NOT NULL) AS "bands!: i64",
+                      COUNT(a.status) FILTER (WHERE e.band_of IS NOT NULL) AS "bands_answered!: i64",
+                      COUNT(*) FILTER (WHERE e.band_of IS NOT NULL AND a.status <> 'ok') AS "bands_without_values!: i64",
+                      COALESCE(SUM(a.cpu_s) FILTER (WHERE e.band_of IS NOT NULL AND a.cached_from IS NULL), 0.0) AS "bands_cpu_s!: f64"
+               FROM evaluations e LEFT JOIN results a ON a.evaluation = e.id LEFT JOIN queue q ON q.evaluation = e.id
+               WHERE e.study = ?1"#,
             study.0
         )
         .fetch_one(&self.readers)
@@ -102,6 +109,12 @@ impl SqliteStore {
             leased: row.leased as u64,
             without_values: row.without_values as u64,
             alarms: row.alarms as u64,
+            bands: BandCounts {
+                evaluations: row.bands as u64,
+                answered: row.bands_answered as u64,
+                without_values: row.bands_without_values as u64,
+                cpu_s: row.bands_cpu_s,
+            },
         })
     }
 
@@ -168,9 +181,11 @@ impl SqliteStore {
             r#"SELECT a.evaluation AS "evaluation!: i64", r.step AS "step!: i64", r.restart_index AS "restart_index!: i64",
                       a.objective, a.max_violation, a.feasible AS "feasible!: i64", a.overlap AS "overlap!: i64",
                       a.counts AS "counts!: i64",
-                      a.cpu_s AS "cpu_s!: f64", a.finished_ms AS "finished_ms!: i64"
+                      a.cpu_s AS "cpu_s!: f64", a.finished_ms AS "finished_ms!: i64",
+                      (SELECT b.objective FROM evaluations of JOIN results b ON b.evaluation = of.id
+                       WHERE of.band_of = e.id) AS "second_mesh?: f64"
                FROM results a JOIN evaluations e ON e.id = a.evaluation JOIN restarts r ON r.id = e.restart
-               WHERE a.study = ? ORDER BY r.step, r.restart_index, e.batch, e.batch_index"#,
+               WHERE a.study = ? AND e.band_of IS NULL ORDER BY r.step, r.restart_index, e.batch, e.batch_index"#,
             study.0
         )
         .fetch_all(&self.readers)
@@ -189,6 +204,7 @@ impl SqliteStore {
                 counts: row.counts != 0,
                 cpu_s: row.cpu_s,
                 finished_ms: row.finished_ms,
+                second_mesh: row.second_mesh,
             })
             .collect())
     }

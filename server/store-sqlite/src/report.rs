@@ -5,7 +5,7 @@ use salp_server::store::{AcceptedReport, Reported, RestartId, StoreError};
 
 use crate::SqliteStore;
 use crate::claim::exists;
-use crate::rows::{Answered, database, enter_state, now_ms, store_answer};
+use crate::rows::{Answered, database, end_if_complete, enter_state, now_ms, store_answer};
 
 const DOING: &str = "store a result";
 
@@ -21,7 +21,7 @@ impl SqliteStore {
         let row = sqlx::query!(
             r#"SELECT q.state AS "state!: String", q.fence AS "fence!: i64", q.attempt AS "attempt!: i64",
                       q.study AS "study!: String", s.state AS "study_state!: String",
-                      e.restart AS "restart!: i64", e.result_key AS "result_key!: String",
+                      e.restart AS "restart!: i64", e.result_key AS "result_key!: String", e.band_of,
                       r.step AS "step!: i64", r.restart_index AS "restart_index!: i64"
                FROM queue q JOIN evaluations e ON e.id = q.evaluation JOIN restarts r ON r.id = e.restart
                     JOIN studies s ON s.id = q.study
@@ -66,11 +66,13 @@ impl SqliteStore {
         let answer = Answered {
             evaluation: report.evaluation.clone(),
             study: &study,
+            restart: row.restart,
             step: row.step,
             restart_index: row.restart_index,
+            band_of: row.band_of,
             key: &row.result_key,
             outcome: &report.outcome,
-            verdict: report.verdict,
+            judgement: &report.judgement,
             cached_from: report.cached_from.as_ref(),
             worker: Some(&report.worker.id.0),
             built: Some((&report.worker.build, &report.worker.instruction_set)),
@@ -107,10 +109,13 @@ impl SqliteStore {
                 enter_state(&mut tx, &study, StudyState::Cancelled, now).await?;
             }
         }
+        if row.band_of.is_some() {
+            end_if_complete(&mut tx, &study, now).await?;
+        }
         tx.commit().await.map_err(database(DOING))?;
         Ok(Reported::Stored {
             status: report.outcome.status.name().to_owned(),
-            restart: RestartId(row.restart),
+            restart: row.band_of.is_none().then_some(RestartId(row.restart)),
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use salp_core::study::Outcome;
 use salp_protocol::{EvaluationId, StudyId, StudyState};
-use salp_server::machine::Verdict;
+use salp_server::machine::{BandAsk, Judgement, Verdict};
 use salp_server::store::StoreError;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
@@ -91,11 +91,14 @@ pub async fn enter_state(
 pub struct Answered<'a> {
     pub evaluation: EvaluationId,
     pub study: &'a StudyId,
+    pub restart: i64,
     pub step: i64,
     pub restart_index: i64,
+    /// The evaluation whose band this is.
+    pub band_of: Option<i64>,
     pub key: &'a str,
     pub outcome: &'a Outcome,
-    pub verdict: Verdict,
+    pub judgement: &'a Judgement,
     pub cached_from: Option<&'a EvaluationId>,
     pub worker: Option<&'a str>,
     /// Build and instruction set of the worker.
@@ -104,7 +107,7 @@ pub struct Answered<'a> {
     pub attempt: i64,
 }
 
-/// Stores a result and notes it.
+/// Stores a result and notes it, and queues its band where it is the best so far of its step.
 pub async fn store_answer(tx: &mut Tx, answer: Answered<'_>, now: i64) -> Result<(), StoreError> {
     let status = answer.outcome.status.name();
     let outcome = to_json("outcome", answer.outcome)?;
@@ -114,7 +117,7 @@ pub async fn store_answer(tx: &mut Tx, answer: Answered<'_>, now: i64) -> Result
         feasible,
         overlap,
         counts,
-    } = answer.verdict;
+    } = answer.judgement.verdict;
     let cached_from = answer.cached_from.map(|id| id.0);
     sqlx::query!(
         "INSERT INTO results (evaluation, study, status, outcome, objective, max_violation, feasible, overlap,
@@ -143,7 +146,12 @@ pub async fn store_answer(tx: &mut Tx, answer: Answered<'_>, now: i64) -> Result
     .execute(&mut **tx)
     .await
     .map_err(database("store a result"))?;
-    let data = json!({
+    if let Some(band) = &answer.judgement.band
+        && is_best_so_far(tx, &answer, now).await?
+    {
+        queue_band(tx, &answer, band, now).await?;
+    }
+    let mut data = json!({
         "evaluation": answer.evaluation,
         "step": answer.step,
         "restart": answer.restart_index,
@@ -154,5 +162,81 @@ pub async fn store_answer(tx: &mut Tx, answer: Answered<'_>, now: i64) -> Result
         "worker": answer.worker,
         "cached": cached_from.is_some(),
     });
+    if let Some(of) = answer.band_of {
+        data["band_of"] = json!(EvaluationId(of));
+    }
     note(tx, answer.study, "evaluation", &data, now).await
+}
+
+/// Whether nothing that counts and was stored before it in the step is as good; what is being cancelled has no best.
+async fn is_best_so_far(tx: &mut Tx, answer: &Answered<'_>, now: i64) -> Result<bool, StoreError> {
+    let no = sqlx::query_scalar!(
+        r#"SELECT EXISTS (
+               SELECT 1 FROM results a JOIN evaluations e ON e.id = a.evaluation JOIN restarts r ON r.id = e.restart
+               WHERE a.study = ?1 AND a.counts = 1 AND a.objective <= ?2 AND r.step = ?3
+                 AND (a.finished_ms < ?4 OR (a.finished_ms = ?4 AND a.evaluation < ?5)))
+             OR EXISTS (SELECT 1 FROM studies WHERE id = ?1 AND state = 'cancelling') AS "no!: i64""#,
+        answer.study.0,
+        answer.outcome.objective,
+        answer.step,
+        now,
+        answer.evaluation.0
+    )
+    .fetch_one(&mut **tx)
+    .await
+    .map_err(database("look for a better result"))?;
+    Ok(no == 0)
+}
+
+async fn queue_band(
+    tx: &mut Tx,
+    answer: &Answered<'_>,
+    band: &BandAsk,
+    now: i64,
+) -> Result<(), StoreError> {
+    const DOING: &str = "queue an error band";
+    let request = to_json("request", &band.request)?;
+    let id = sqlx::query_scalar!(
+        r#"INSERT INTO evaluations (study, restart, batch, batch_index, request, result_key, created_ms, band_of)
+           VALUES (?1, ?2, -1, ?3, ?4, ?5, ?6, ?3) RETURNING id AS "id!: i64""#,
+        answer.study.0,
+        answer.restart,
+        answer.evaluation.0,
+        request,
+        band.key,
+        now
+    )
+    .fetch_one(&mut **tx)
+    .await
+    .map_err(database(DOING))?;
+    // Only finite-element steps have bands: none starts a program.
+    sqlx::query!(
+        "INSERT INTO queue (evaluation, study, state, command, fence, attempt, kind)
+         VALUES (?, ?, 'ready', 0, 0, 0, 'band')",
+        id,
+        answer.study.0
+    )
+    .execute(&mut **tx)
+    .await
+    .map_err(database(DOING))?;
+    Ok(())
+}
+
+/// Ends a study whose last step has ended, if nothing of it is queued; whether it does.
+pub async fn end_if_complete(tx: &mut Tx, study: &StudyId, now: i64) -> Result<bool, StoreError> {
+    let done = sqlx::query!(
+        "UPDATE studies SET step = steps
+         WHERE id = ?1 AND step = steps - 1 AND state IN ('queued', 'running', 'paused')
+           AND NOT EXISTS (SELECT 1 FROM restarts WHERE study = ?1 AND state = 'running')
+           AND NOT EXISTS (SELECT 1 FROM queue WHERE study = ?1)",
+        study.0
+    )
+    .execute(&mut **tx)
+    .await
+    .map_err(database("end a study"))?;
+    let ends = done.rows_affected() == 1;
+    if ends {
+        enter_state(tx, study, StudyState::Done, now).await?;
+    }
+    Ok(ends)
 }

@@ -160,15 +160,17 @@ pub async fn insert_asks(
         .fetch_one(&mut **tx)
         .await
         .map_err(database(DOING))?;
-        if let Some((known, verdict)) = &ask.known {
+        if let Some((known, judgement)) = &ask.known {
             let answer = Answered {
                 evaluation: EvaluationId(id),
                 study: owner.study,
+                restart: owner.restart,
                 step: owner.step,
                 restart_index: owner.restart_index,
+                band_of: None,
                 key: &ask.key,
                 outcome: &known.outcome,
-                verdict: *verdict,
+                judgement,
                 cached_from: Some(&known.evaluation),
                 worker: known.worker.as_ref().map(|w| w.0.as_str()),
                 built: None,

@@ -25,6 +25,7 @@ impl Asked<'_> {
             want_gradient,
             plan_base: Some(self.base.to_vec()),
             orientation: self.orientation,
+            second_mesh: false,
         };
         let outcome = evaluate(self.study, &request, &mut Unobserved);
         assert_eq!(outcome.status, OutcomeStatus::Ok, "{:?}", outcome.report);

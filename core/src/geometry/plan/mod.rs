@@ -47,17 +47,16 @@ impl Strip {
             .chain(std::iter::once(1.0))
     }
 
-    fn split(&self, factor: usize) -> Self {
+    /// The strip cut into `elements`, graded as it was: nested where that is a multiple of its number.
+    fn cut(&self, elements: usize) -> Self {
         let lines: Vec<f64> = self.lines().collect();
-        let mut fractions = Vec::new();
-        for pair in lines.windows(2) {
-            for k in 0..factor {
-                fractions.push(pair[0] + (pair[1] - pair[0]) * k as f64 / factor as f64);
-            }
-        }
-        fractions.remove(0);
+        let old = self.elements();
+        let line = |k: usize| {
+            let (i, rest) = (k * old / elements, k * old % elements);
+            lines[i] + (lines[i + 1] - lines[i]) * rest as f64 / elements as f64
+        };
         Self {
-            fractions,
+            fractions: (1..elements).map(line).collect(),
             width_mm: self.width_mm,
         }
     }
@@ -128,16 +127,26 @@ impl MeshPlan {
     /// The plan with every element split into `factor` by `factor`; its mesh is nested in this one's.
     #[must_use]
     pub fn refined(&self, factor: usize) -> Self {
+        self.cut(|elements| elements * factor.max(1))
+    }
+
+    /// The plan with other numbers of elements across its strips, each graded as it was.
+    fn cut(&self, elements: impl Fn(usize) -> usize) -> Self {
         let mut plan = self.clone();
-        let factor = factor.max(1);
         for strip in plan
             .rows
             .iter_mut()
             .chain(plan.units.iter_mut().flat_map(|u| &mut u.columns))
         {
-            *strip = strip.split(factor);
+            *strip = strip.cut(elements(strip.elements()).max(1));
         }
         plan
+    }
+
+    /// The plan with half as many elements across every strip, rounded up.
+    #[must_use]
+    pub fn halved(&self) -> Self {
+        self.cut(|elements| elements.div_ceil(2))
     }
 
     /// Whether two plans have the same element kind, blocks and counts, so that one may stand in for the other.

@@ -50,10 +50,12 @@ fn read_root(node: &Node<'_>, allow_paths: bool) -> Option<Study> {
         "unit_materials",
         "actuation",
         "mixed_hardware",
+        "error_bands",
         "step",
     ])?;
     let name = root.required("name").and_then(|n| read_name(&n));
     let mixed_hardware = root.or("mixed_hardware", false, Node::boolean);
+    let error_bands = root.or("error_bands", true, Node::boolean);
     let steps = root.required("step");
     let has_chambers = steps
         .as_ref()
@@ -83,6 +85,7 @@ fn read_root(node: &Node<'_>, allow_paths: bool) -> Option<Study> {
         name: name?,
         body: body?,
         mixed_hardware: mixed_hardware?,
+        error_bands: error_bands?,
         steps,
     })
 }
