@@ -58,7 +58,7 @@ fn a_study_is_submitted_followed_and_shown_by_the_command_line() {
     let (_, csv) = salp(&folder, &[&["curve", id], &at[..]].concat());
     assert!(csv.starts_with("step,restart,t_s,"));
     assert_eq!(
-        csv.lines().count() as u64,
+        csv.lines().filter(|line| !line.starts_with("0,,")).count() as u64,
         1 + shown["counts"]["answered"].as_u64().unwrap()
     );
     ask(&["curve", id, "--format", "svg", "--out", "curve.svg"]);

@@ -188,13 +188,17 @@ impl CurvePicture {
             let Some((low, high)) = point.band else {
                 continue;
             };
-            if !(low.is_finite() && high.is_finite() && next > point.at) {
+            if !(low.is_finite() && high.is_finite() && point.at.is_finite()) {
                 continue;
             }
             let [left, right] = [point.at, next].map(|t| time.pixel(t));
             let [top, bottom] = [high, low].map(|f| objective.pixel(f));
-            // A band thinner than a hair still shows that it is known.
-            svg.rectangle([left, top], [right - left, (bottom - top).max(0.5)], BAND);
+            // One thinner than a hair, or of the last point, still shows that it is known.
+            svg.rectangle(
+                [left, top],
+                [(right - left).max(3.0), (bottom - top).max(0.5)],
+                BAND,
+            );
         }
     }
 
