@@ -3,6 +3,7 @@
 mod accuracy;
 mod client;
 mod command;
+mod companions;
 mod converge;
 mod curve;
 mod failure;
@@ -15,6 +16,7 @@ mod numbers;
 mod numerical_error;
 mod output;
 mod parallel;
+mod report;
 mod run;
 mod serve;
 mod shape;
@@ -80,6 +82,8 @@ enum Verb {
     Watch(watch::Watch),
     /// Run time against objective of a study
     Curve(curve::CurveVerb),
+    /// Writes the report of a study: one page, pictures, tables
+    Report(report::Report),
     /// Cancels a study
     Cancel(command::Command),
     /// Pauses a study: nothing more is handed out
@@ -113,6 +117,7 @@ fn main() -> ExitCode {
         Verb::Show(verb) => verb.run(output),
         Verb::Watch(verb) => verb.run(output),
         Verb::Curve(verb) => verb.run(output),
+        Verb::Report(verb) => verb.run(output),
         Verb::Cancel(verb) => verb.run("cancel", output),
         Verb::Pause(verb) => verb.run("pause", output),
         Verb::Resume(verb) => verb.run("resume", output),

@@ -15,6 +15,7 @@ use salp_core::scene::measure::Measure;
 use salp_core::scene::{Body, Goal, Scene, read_scene};
 use serde_json::{Value, json};
 
+use crate::companions;
 use crate::failure::Failure;
 use crate::input::DocumentArguments;
 use crate::numbers::{Numbers, lines_of};
@@ -50,7 +51,10 @@ pub struct Solve {
     /// Says how far the objective is from that of the model: six more solves, of which the finest has 16 times the elements
     #[arg(long, conflicts_with = "sweep")]
     numerical_error: bool,
-    /// Threads of --numerical-error [default: one per core]
+    /// Encloses the area as well with a stiffening law of equal initial modulus (model spread), and as nine units
+    #[arg(long)]
+    model_spread: bool,
+    /// Threads of --numerical-error and --model-spread [default: one per core]
     #[arg(long, requires = "numerical_error", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Folder of a sweep's table and picture [default: salp-out/NAME-sweep-FIELD]
@@ -96,6 +100,14 @@ impl Solve {
         if let Some(error) = &error {
             document["numerical_error"] = json!(error);
         }
+        let beside = if self.model_spread {
+            let threads = self.threads.map_or_else(cores, usize::from);
+            let beside = companions::solve(&scene, plan.as_ref(), threads)?;
+            document["companions"] = json!(beside);
+            beside
+        } else {
+            Vec::new()
+        };
         if let Some(file) = &self.vtu {
             write_vtu(&solution, file)?;
         }
@@ -120,6 +132,7 @@ impl Solve {
         output.print(&document, || {
             let mut lines = vec![text(&scene, &solution.answer)];
             lines.extend(error.iter().flat_map(crate::numerical_error::lines));
+            lines.extend(companions::lines(&solution.answer, &beside));
             lines.join("\n")
         });
         ended_well(&solution.answer)?;

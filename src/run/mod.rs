@@ -3,11 +3,13 @@
 
 mod active;
 mod coordinator;
-mod document;
+pub mod document;
 mod folder;
+mod page;
 mod progress;
-mod report;
+pub mod report;
 mod sweep;
+mod winner;
 mod workers;
 
 use std::path::{Path, PathBuf};
@@ -33,6 +35,7 @@ use coordinator::Coordinator;
 use document::Results;
 use folder::RunFolder;
 use progress::Progress;
+use report::Settings;
 use workers::Workers;
 
 /// Arguments of `salp run`.
@@ -132,8 +135,17 @@ impl Run {
         let text = if state == StudyState::Paused {
             String::new()
         } else {
-            let threads = self.numerical_error.then_some(count);
-            report::write(&folder, study, &results, &mut document, threads)?
+            let settings = Settings {
+                threads: count,
+                numerical_error: self.numerical_error,
+            };
+            report::write(
+                &folder.at("report"),
+                study,
+                &results,
+                &mut document,
+                &settings,
+            )?
         };
         Ok(Ended {
             state,

@@ -1,36 +1,43 @@
-//! The report folder: curve, best design, summary, ledger.
+//! The report folder: curve, best design, summary, ledger, and one page that shows all.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
-use salp_core::evaluate::{SceneAnswer, SceneOptions, solve_scene};
-use salp_core::fault::Faults;
-use salp_core::geometry::{MeshPlan, Point};
-use salp_core::scene::{Bound, ContactMode, Goal, Orientation, Scene};
+use salp_core::geometry::Point;
+use salp_core::scene::{Bound, ContactMode, Goal};
 use salp_core::study::Study;
 use salp_core::study::spec::{Model, StepConstraints};
 use salp_protocol::{Best, EvaluationRow, csv};
 use serde_json::{Value, json};
 
 use super::document::Results;
-use super::folder::RunFolder;
+use super::page::Page;
 use super::progress::labels;
+use super::winner::{self, Winner};
+use crate::companions;
 use crate::failure::Failure;
 use crate::numbers::Numbers;
 use crate::numerical_error::{self, numerical_error};
 use crate::output::{number, write_file};
-use crate::shape::picture;
-use crate::stopwatch::Stopwatch;
 
-/// Writes everything; answers the summary. With `threads` the numerical error of the best design is computed on as many,
-/// and added to the document.
+/// What a report is made with.
+pub struct Settings {
+    /// Threads that solve what goes beyond the study.
+    pub threads: usize,
+    /// The numerical error of the best design is computed and added to the document.
+    pub numerical_error: bool,
+}
+
+/// Writes everything into a folder; answers the summary.
 pub fn write(
-    folder: &RunFolder,
+    folder: &Path,
     study: &Study,
     results: &Results,
     document: &mut Value,
-    threads: Option<usize>,
+    settings: &Settings,
 ) -> Result<String, Failure> {
-    let at = |name: &str| folder.at("report").join(name);
+    let at = |name: &str| folder.join(name);
+    let mut page = Page::new(&study.name);
     let pretty = |value: &Value| serde_json::to_string_pretty(value).unwrap_or_default();
     write_file(&at("curve.csv"), &csv::curve(&results.curve))?;
     write_file(&at("ledger.csv"), &csv::ledger(&all_rows(results)))?;
@@ -59,29 +66,37 @@ pub fn write(
                     ),
                 );
             }
-            if let Some((scene, plan_base)) = winner(study, results, step, best) {
+            if let Some((scene, plan_base)) = winner::scene(study, results, step, best) {
                 caption = Numbers::of(&scene).lines();
                 caption.push(limits(study, step));
                 summary["numbers"] = Numbers::of(&scene).document();
                 write_file(&at("best.json"), &pretty(&scene.document()))?;
                 let plan = plan_base.and_then(|base| study.mesh_plan(step, &base).ok().flatten());
-                let drawn = draw(study, &scene, plan.clone(), &caption)?;
-                write_file(&at("best.svg"), &drawn.svg)?;
-                lines.extend(drawn.lines);
-                if let Some(threads) = threads {
-                    let own = &drawn.answer;
-                    let error = numerical_error(&scene, plan.as_ref(), own, threads)?;
+                let best = Winner::solve(study, &scene, plan.as_ref(), &caption)?;
+                write_file(&at("best.svg"), &best.svg)?;
+                page.figure("The best design", &best.svg);
+                lines.extend(best.lines());
+                if settings.numerical_error {
+                    let error =
+                        numerical_error(&scene, plan.as_ref(), &best.answer, settings.threads)?;
                     lines.extend(numerical_error::lines(&error));
                     summary["numerical_error"] = json!(error);
                     document["numerical_error"] = json!(error);
+                } else {
+                    lines.push(
+                        "numerical error beyond the band: not computed (--numerical-error)".into(),
+                    );
                 }
-                summary["enclosed_area_mm2"] = json!(drawn.answer.enclosed_area_mm2);
+                let beside = companions::solve(&scene, plan.as_ref(), settings.threads)?;
+                lines.extend(companions::lines(&best.answer, &beside));
+                summary["companions"] = json!(beside);
+                summary["enclosed_area_mm2"] = json!(best.answer.enclosed_area_mm2);
             } else {
                 write_file(
                     &at("best.json"),
                     &pretty(&json!({ "x": best.x, "objective": best.objective })),
                 )?;
-                if threads.is_some() {
+                if settings.numerical_error {
                     lines.push("numerical error not known: the model is a program".into());
                 }
             }
@@ -100,7 +115,9 @@ pub fn write(
         label.unwrap_or_else(|| format!("restart {index}"))
     };
     let curve = crate::curve::picture(&results.curve, &study.name, &unit, label, caption);
-    write_file(&at("curve.svg"), &curve.svg())?;
+    let curve = curve.svg();
+    write_file(&at("curve.svg"), &curve)?;
+    page.figure("Run time against the best objective", &curve);
     summary["bands"] = json!(results.view.counts.bands);
     summary["restarts"] = json!(results.restarts.len());
     summary["evaluations"] = json!(results.view.counts.answered);
@@ -109,7 +126,8 @@ pub fn write(
     summary["evaluations_by_worker"] = json!(by_worker(results));
     summary["text"] = json!(lines);
     write_file(&at("summary.json"), &pretty(&summary))?;
-    lines.push(format!("report in {}", folder.at("report").display()));
+    write_file(&at("report.html"), &page.html(&lines))?;
+    lines.push(format!("report in {}", folder.display()));
     let text = format!("{}\n{}", study.name, lines.join("\n"));
     write_file(&at("summary.txt"), &format!("{text}\n"))?;
     Ok(text)
@@ -191,102 +209,6 @@ fn by_worker(results: &Results) -> BTreeMap<String, usize> {
         }
     }
     workers
-}
-
-/// The scene of the best design, and the design of its mesh plan; `None` for programs.
-fn winner(
-    study: &Study,
-    results: &Results,
-    step: usize,
-    best: &Best,
-) -> Option<(Scene, Option<Vec<f64>>)> {
-    let restart = results
-        .restarts
-        .iter()
-        .find(|r| (r.step, r.index) == (step, best.restart))?;
-    let said = |path: &str| {
-        restart
-            .summary
-            .pointer(path)
-            .cloned()
-            .unwrap_or(Value::Null)
-    };
-    let orientation: Option<Orientation> =
-        serde_json::from_value(said("/best/orientation")).ok()?;
-    let plan_base: Option<Vec<f64>> = serde_json::from_value(said("/best/plan_base")).ok()?;
-    let scene = study.scene(step, &best.x, orientation).ok()?;
-    Some((scene, plan_base))
-}
-
-struct Drawn {
-    svg: String,
-    answer: SceneAnswer,
-    lines: Vec<String>,
-}
-
-/// Solves the best design once more, on the mesh of its evaluation, and draws it.
-fn draw(
-    study: &Study,
-    scene: &Scene,
-    plan: Option<MeshPlan>,
-    caption: &[String],
-) -> Result<Drawn, Failure> {
-    let options = SceneOptions {
-        fields: true,
-        plan,
-        ..SceneOptions::default()
-    };
-    let solution = solve_scene(scene, &options, &mut Stopwatch::start())?;
-    let answer = &solution.answer;
-    let mut lines = Vec::new();
-    let area = answer.enclosed_area_mm2.map_or_else(String::new, |area| {
-        let sense = if area >= 0.0 {
-            "counter-clockwise"
-        } else {
-            "clockwise"
-        };
-        format!(
-            "enclosed area {} mm\u{b2}, {sense}; ",
-            number(Some(area.abs()))
-        )
-    });
-    let pivots = answer.path.iter().map(|s| s.negative_pivots).max();
-    let stretch = answer
-        .path
-        .iter()
-        .map(|s| s.max_stretch)
-        .fold(1.0, f64::max);
-    lines.push(format!(
-        "{area}largest averaged stretch {}; {} negative pivots; {}",
-        number(Some(stretch)),
-        pivots.unwrap_or(0),
-        if answer
-            .walls_overlap
-            .as_ref()
-            .is_some_and(|o| !o.corner_fold)
-        {
-            "walls overlap"
-        } else {
-            "no walls overlap"
-        }
-    ));
-    let noted = answer.notes.iter();
-    lines.extend(noted.map(|note| format!("note: {}: {}", note.about, note.message)));
-    let svg = match &solution.body {
-        Some(body) => picture(
-            &format!("{}: best design", study.name),
-            scene,
-            &solution,
-            body,
-            caption,
-        ),
-        None => return Err(Failure::BadInput(Faults::default())),
-    };
-    Ok(Drawn {
-        svg,
-        answer: solution.answer,
-        lines,
-    })
 }
 
 /// What a step minimises; `None` for programs.

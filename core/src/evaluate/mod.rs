@@ -3,6 +3,7 @@
 mod accuracy;
 pub mod analysis;
 mod answer;
+pub mod companions;
 pub(crate) mod contact;
 mod converge;
 mod gradient;

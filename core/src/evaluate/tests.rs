@@ -1,5 +1,6 @@
 mod accuracy;
 mod ask;
+mod companions;
 mod contact;
 mod direct;
 mod margin;

@@ -1,6 +1,7 @@
 //! Hyperelastic materials and their sourced records.
 
 pub mod closed_form;
+pub mod counterpart;
 pub mod hyperelastic;
 pub mod ogden;
 pub mod records;

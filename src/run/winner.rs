@@ -1,0 +1,121 @@
+//! The best design, solved once more for pictures and for what a reader asks of it.
+
+use salp_core::evaluate::{SceneAnswer, SceneOptions, solve_scene};
+use salp_core::fault::Faults;
+use salp_core::geometry::MeshPlan;
+use salp_core::scene::{Orientation, Scene};
+use salp_core::study::Study;
+use salp_protocol::Best;
+use serde_json::Value;
+
+use super::document::Results;
+use crate::failure::Failure;
+use crate::output::number;
+use crate::shape::picture;
+use crate::stopwatch::Stopwatch;
+
+/// The scene of the best design, and the design of its mesh plan; `None` for programs.
+pub fn scene(
+    study: &Study,
+    results: &Results,
+    step: usize,
+    best: &Best,
+) -> Option<(Scene, Option<Vec<f64>>)> {
+    let restart = results
+        .restarts
+        .iter()
+        .find(|r| (r.step, r.index) == (step, best.restart))?;
+    let said = |path: &str| {
+        restart
+            .summary
+            .pointer(path)
+            .cloned()
+            .unwrap_or(Value::Null)
+    };
+    let orientation: Option<Orientation> =
+        serde_json::from_value(said("/best/orientation")).ok()?;
+    let plan_base: Option<Vec<f64>> = serde_json::from_value(said("/best/plan_base")).ok()?;
+    let scene = study.scene(step, &best.x, orientation).ok()?;
+    Some((scene, plan_base))
+}
+
+/// The best design's answer and picture.
+pub struct Winner {
+    /// At rest and deformed, with the path of the tip.
+    pub svg: String,
+    /// All numbers.
+    pub answer: SceneAnswer,
+}
+
+impl Winner {
+    /// Solves and draws it, on the mesh of its evaluation.
+    pub fn solve(
+        study: &Study,
+        scene: &Scene,
+        plan: Option<&MeshPlan>,
+        caption: &[String],
+    ) -> Result<Self, Failure> {
+        let options = SceneOptions {
+            fields: true,
+            plan: plan.cloned(),
+            ..SceneOptions::default()
+        };
+        let solution = solve_scene(scene, &options, &mut Stopwatch::start())?;
+        let Some(body) = &solution.body else {
+            return Err(Failure::BadInput(Faults::default()));
+        };
+        let title = format!("{}: best design", study.name);
+        Ok(Self {
+            svg: picture(&title, scene, &solution, body, caption),
+            answer: solution.answer,
+        })
+    }
+
+    /// Area, stretch, stability, contact and residual over all states.
+    pub fn lines(&self) -> Vec<String> {
+        let answer = &self.answer;
+        let states = || answer.path.iter();
+        let least = |of: Vec<f64>| of.into_iter().reduce(f64::min);
+        let most = |of: Vec<f64>| of.into_iter().fold(0.0, f64::max);
+        let area = answer.enclosed_area_mm2.map_or_else(String::new, |area| {
+            let sense = if area >= 0.0 {
+                "counter-clockwise"
+            } else {
+                "clockwise"
+            };
+            let area = number(Some(area.abs()));
+            format!("enclosed area {area} mm\u{b2}, {sense}; ")
+        });
+        let crossing = answer.walls_overlap.as_ref();
+        let walls = if crossing.is_some_and(|overlap| !overlap.corner_fold) {
+            "walls overlap"
+        } else {
+            "no walls overlap"
+        };
+        let stretch = most(states().map(|s| s.max_stretch).collect());
+        let pivots = states().map(|s| s.negative_pivots).max().unwrap_or(0);
+        let mut lines = vec![format!(
+            "{area}largest averaged stretch {}; {pivots} negative pivots; {walls}",
+            number(Some(stretch))
+        )];
+        let gap = least(states().filter_map(|s| s.min_gap_mm).collect());
+        let gap = gap.map_or_else(String::new, |gap| {
+            format!("; least gap between facing walls {} mm", number(Some(gap)))
+        });
+        let contact = answer.contact.as_ref().map_or_else(
+            || "; no contact acted".to_owned(),
+            |contact| {
+                let penetration = number(Some(contact.penetration_mm));
+                format!("; contact acted, penetration {penetration} mm")
+            },
+        );
+        lines.push(format!(
+            "largest residual {}; least J {}{gap}{contact}",
+            number(Some(most(states().map(|s| s.residual).collect()))),
+            number(least(states().map(|s| s.min_jacobian).collect())),
+        ));
+        let noted = answer.notes.iter();
+        lines.extend(noted.map(|note| format!("note: {}: {}", note.about, note.message)));
+        lines
+    }
+}
