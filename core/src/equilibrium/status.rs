@@ -157,3 +157,16 @@ pub struct PathWork {
     #[serde(default)]
     pub contact_steps: usize,
 }
+
+impl PathWork {
+    /// Adds the work of an earlier path.
+    pub fn add(&mut self, earlier: &Self) {
+        self.newton_iterations += earlier.newton_iterations;
+        self.factorisations += earlier.factorisations;
+        self.inserted_states += earlier.inserted_states;
+        self.load_cuts += earlier.load_cuts;
+        self.snaps += earlier.snaps;
+        self.stagnated += earlier.stagnated;
+        self.contact_steps += earlier.contact_steps;
+    }
+}

@@ -92,6 +92,29 @@ pub fn contact_of(
     Ok((contact(lowered), Some(note)))
 }
 
+/// The same body with half of the activation distance, where the mode leaves that open, and the note that says so. Sides
+/// of a crevice may catch on each other at one distance and not at another.
+pub fn halved_activation(
+    mode: ContactMode,
+    body: &Discretisation,
+) -> Option<(Discretisation, Note)> {
+    let contact = body.contact.filter(|_| mode == ContactMode::Auto)?;
+    let activation_mm = 0.5 * contact.activation_mm;
+    let note = Note {
+        about: "contact_activation_mm".to_owned(),
+        message: format!(
+            "contact: the activation distance is {activation_mm:.3} mm instead of {:.3} mm, with which no complete path was found",
+            contact.activation_mm
+        ),
+    };
+    let mut body = body.clone();
+    body.contact = Some(Contact {
+        activation_mm,
+        ..contact
+    });
+    Some((body, note))
+}
+
 /// Contact as a study asks for it. The activation distance is the same for every design, however narrow its gaps, so that
 /// objectives are smooth in the design: points act only where they have come much nearer than they were drawn.
 pub fn contact_of_study(mode: ContactMode, activation_mm: f64) -> Option<Contact> {

@@ -4,11 +4,11 @@ use super::analysis::{Analysis, Measured, Wanted, analyse};
 use super::answer::{
     LeftOut, MeshAnswer, SceneAnswer, SceneStatus, StateAnswer, StateContactAnswer,
 };
-use super::contact::{contact_answer, contact_of};
+use super::contact::{contact_answer, contact_of, halved_activation};
 use super::measure::{PlacedProbe, by_name, tip_displacements};
 use super::notes;
 use crate::adjoint::NodeGradient;
-use crate::equilibrium::{Control, Observer, PathEnd, PathWork, Settings};
+use crate::equilibrium::{Control, NotConverged, Observer, PathEnd, PathWork, Settings};
 use crate::fault::Faults;
 use crate::geometry::{Actuator, InfeasibleGeometry, MeshPlan, PlanElement};
 use crate::material::MaterialLaw;
@@ -143,23 +143,29 @@ pub fn solve_scene(
         control: options.control,
         ..Settings::default()
     };
-    let analysis = match analyse(
-        body,
-        &laws,
-        &scene.actuation,
-        &probes,
-        &settings,
-        &wanted,
-        observer,
-    ) {
+    let mut analysed = |body: Discretisation| {
+        let (cycle, observer) = (&scene.actuation, &mut *observer);
+        analyse(body, &laws, cycle, &probes, &settings, &wanted, observer)
+    };
+    let again = halved_activation(scene.contact, &body);
+    let mut analysis = match analysed(body) {
         Ok(analysis) => analysis,
         Err(reason) => return Ok(unmeshable(scene, &reason.to_string())),
     };
+    let mut notes = Vec::from_iter(lowered);
+    if let Some((body, note)) = again
+        && is_stuck_in_contact(&analysis)
+        && let Ok(mut second) = analysed(body)
+    {
+        notes.push(note);
+        second.work.add(&analysis.work);
+        analysis = second;
+    }
     let node_gradient = (options.gradient && analysis.end == PathEnd::Complete)
         .then(|| goal_gradient(goal.as_ref()?, &analysis))
         .flatten();
     let mut answer = answer(scene, options, &analysis, &laws, goal.as_ref(), scaled);
-    answer.notes.extend(lowered);
+    answer.notes.extend(notes);
     Ok(SceneSolution {
         answer,
         node_gradient,
@@ -167,6 +173,13 @@ pub fn solve_scene(
         fields: analysis.fields,
         source: Some(source),
     })
+}
+
+/// Whether a path ended by a failure of ours where surfaces act on each other.
+fn is_stuck_in_contact(analysis: &Analysis) -> bool {
+    let cancelled = matches!(analysis.end, PathEnd::NotConverged(NotConverged::Cancelled));
+    let failed = matches!(analysis.end, PathEnd::NotConverged(_));
+    failed && !cancelled && analysis.work.contact_steps > 0
 }
 
 /// Interpolation of each probe.
