@@ -7,7 +7,7 @@ use salp_core::study::{Outcome, OutcomeStatus};
 use salp_protocol::{Claim, ClaimRequest, EvaluationId, ReportRequest, WorkerIdentity};
 use serde_json::Value;
 use tokio::time::Instant;
-use tracing::{Span, field, info, instrument, warn};
+use tracing::{Instrument as _, Span, field, info, instrument, warn};
 
 use super::{Coordinator, CoordinatorError, LONGEST_WAIT_S};
 use crate::store::{AcceptedReport, Claimed, Reported, RestartId, StoreError};
@@ -33,23 +33,12 @@ impl Coordinator {
         let mut stopping = self.stopping();
         loop {
             work.borrow_and_update();
-            let answer = self
-                .store
-                .claim(request, lease_ms, self.config.attempts)
-                .await?;
-            for restart in answer.lost {
-                self.advance_in_background(restart);
-            }
-            if let Claimed::Work { claim, key } = &answer.claimed {
-                info!(study = %claim.study, restart = claim.restart, evaluation = %claim.evaluation,
-                    fence = claim.fence, attempt = claim.attempt, "claimed");
-                self.announce_news();
-                if self.complete_known(&request.worker, claim, key).await? {
-                    continue;
-                }
-            }
-            if !matches!(answer.claimed, Claimed::Nothing) {
-                return Ok(answer.claimed);
+            let (this, asked) = (Arc::clone(self), request.clone());
+            let claimed = to_its_end(async move { this.claim_now(&asked, lease_ms).await }).await?;
+            match claimed {
+                None => continue,
+                Some(Claimed::Nothing) => {}
+                Some(claimed) => return Ok(claimed),
             }
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() || *stopping.borrow() {
@@ -61,6 +50,28 @@ impl Coordinator {
                 () = tokio::time::sleep(left.min(LOOK_AGAIN)) => {}
             }
         }
+    }
+
+    /// One look at the queue; `None` where it gave an evaluation that is completed already.
+    async fn claim_now(
+        self: &Arc<Self>,
+        request: &ClaimRequest,
+        lease_ms: i64,
+    ) -> Result<Option<Claimed>, CoordinatorError> {
+        let attempts = self.config.attempts;
+        let answer = self.store.claim(request, lease_ms, attempts).await?;
+        for restart in answer.lost {
+            self.advance_in_background(restart);
+        }
+        if let Claimed::Work { claim, key } = &answer.claimed {
+            info!(study = %claim.study, restart = claim.restart, evaluation = %claim.evaluation,
+                fence = claim.fence, attempt = claim.attempt, "claimed");
+            self.announce_news();
+            if self.complete_known(&request.worker, claim, key).await? {
+                return Ok(None);
+            }
+        }
+        Ok(Some(answer.claimed))
     }
 
     /// Completes a claimed evaluation whose result has become known since it was asked for, or was known all along but
@@ -101,6 +112,15 @@ impl Coordinator {
     /// Takes a report. The step, if the batch is complete now, follows in the background.
     #[instrument(skip_all, fields(%evaluation, worker = %report.worker.id, fence = report.fence, study = field::Empty))]
     pub async fn report(
+        self: &Arc<Self>,
+        evaluation: EvaluationId,
+        report: ReportRequest<Value>,
+    ) -> Result<Reported, CoordinatorError> {
+        let this = Arc::clone(self);
+        to_its_end(async move { this.take_report(evaluation, report).await }).await
+    }
+
+    async fn take_report(
         self: &Arc<Self>,
         evaluation: EvaluationId,
         report: ReportRequest<Value>,
@@ -174,5 +194,15 @@ impl Coordinator {
             self.announce();
         }
         Ok(released)
+    }
+}
+
+/// Carries work out even where the request that asked for it goes away meanwhile: a worker may die between the moment in
+/// which its result is stored and that in which the optimiser's step is begun, which nobody else would begin.
+async fn to_its_end<T: Send + 'static>(work: impl Future<Output = T> + Send + 'static) -> T {
+    match tokio::spawn(work.in_current_span()).await {
+        Ok(done) => done,
+        // It was not cancelled: nobody else has its handle.
+        Err(panic) => std::panic::resume_unwind(panic.into_panic()),
     }
 }
