@@ -45,12 +45,12 @@ pub fn lines(own: &SceneAnswer, all: &[CompanionAnswer]) -> Vec<String> {
         match answer.kind {
             Kind::ModelSpread => {
                 let other = answer.areas.first().map(|a| a.enclosed_area_mm2);
-                let change = own
-                    .enclosed_area_mm2
-                    .zip(other)
-                    .map_or_else(String::new, |(own, other)| {
-                        format!("{:+.1} %: ", 100.0 * (other / own - 1.0))
-                    });
+                let change = own.enclosed_area_mm2.zip(other).map(|(own, other)| {
+                    // Adding zero takes the sign from a change that rounds to none.
+                    let tenths = (1e3 * (other / own - 1.0)).round() + 0.0;
+                    format!("{:+.1} %: ", tenths / 10.0)
+                });
+                let change = change.unwrap_or_default();
                 format!(
                     "model spread {change}{areas} with {setting}; largest averaged stretch {stretch}"
                 )

@@ -206,3 +206,27 @@ async fn to_its_end<T: Send + 'static>(work: impl Future<Output = T> + Send + 's
         Err(panic) => std::panic::resume_unwind(panic.into_panic()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use tokio::sync::oneshot;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn work_ends_though_its_request_goes_away() {
+        let (stored, result_is_stored) = oneshot::channel::<()>();
+        let (stepped, step_is_begun) = oneshot::channel::<()>();
+        let work = to_its_end(async {
+            // The moment in which the worker dies.
+            result_is_stored.await.unwrap();
+            stepped.send(()).unwrap();
+        });
+        // Begun and waiting when its caller is dropped.
+        let answered = tokio::time::timeout(Duration::from_millis(20), work).await;
+        assert!(answered.is_err());
+        stored.send(()).unwrap();
+        let begun = tokio::time::timeout(Duration::from_secs(10), step_is_begun).await;
+        assert_eq!(begun.unwrap(), Ok(()));
+    }
+}

@@ -66,19 +66,11 @@ impl SelfContact {
     /// beyond the other; 0 where none cross. Parts that never act on each other do not count.
     pub fn penetration(&self, x: &[[f64; 2]], travel: &[[f64; 2]]) -> f64 {
         let surface = &self.surface;
-        let bounds: Vec<Bounds> = surface
-            .pieces
-            .iter()
-            .map(|p| Surface::bounds(p, x, travel))
-            .collect();
         let still = vec![[0.0; 2]; self.obstacles];
         let mut lines = [Polyline::default(), Polyline::default()];
         let mut deepest = 0.0_f64;
-        for (a, b) in self.near(&bounds, 0.0) {
+        for (a, b) in self.facing(x, travel, 0.0) {
             let two = self.pieces([a, b]);
-            if two[0].touches(two[1]) && Surface::is_straight(two[0], two[1], x, &self.reference) {
-                continue;
-            }
             for (line, piece) in lines.iter_mut().zip(two) {
                 surface.ends(piece, x, travel, &mut line.start);
                 surface.ends(piece, &self.reference, &still, &mut line.reference);

@@ -406,23 +406,28 @@ impl SelfContact {
         more: f64,
         mut visit: impl FnMut(&Self, u32, u32, &[Vec<[f64; 2]>; 2]),
     ) {
-        let surface = &self.surface;
-        let bounds: Vec<Bounds> = surface
-            .pieces
-            .iter()
-            .map(|p| Surface::bounds(p, x, travel))
-            .collect();
         let mut places = [Vec::new(), Vec::new()];
-        for (a, b) in self.near(&bounds, self.law.activation_mm + more) {
-            let two = self.pieces([a, b]);
-            if two[0].touches(two[1]) && Surface::is_straight(two[0], two[1], x, &self.reference) {
-                continue;
+        for (a, b) in self.facing(x, travel, self.law.activation_mm + more) {
+            for (places, piece) in places.iter_mut().zip(self.pieces([a, b])) {
+                self.surface.places(piece, x, travel, places);
             }
-            let [p, q] = &mut places;
-            surface.places(two[0], x, travel, p);
-            surface.places(two[1], x, travel, q);
             visit(self, a, b, &places);
         }
+    }
+
+    /// Pairs of pieces that are within a distance of each other, neighbours on a straight line left out.
+    fn facing(
+        &self,
+        x: &[[f64; 2]],
+        travel: &[[f64; 2]],
+        within: f64,
+    ) -> impl Iterator<Item = (u32, u32)> {
+        let pieces = self.surface.pieces.iter();
+        let bounds: Vec<Bounds> = pieces.map(|p| Surface::bounds(p, x, travel)).collect();
+        self.near(&bounds, within).into_iter().filter(|&(a, b)| {
+            let [p, q] = self.pieces([a, b]);
+            !(p.touches(q) && Surface::is_straight(p, q, x, &self.reference))
+        })
     }
 
     /// Pairs of pieces, the first with the smaller index, whose boxes are within a distance and that may meet at all.

@@ -167,22 +167,8 @@ impl Surface {
         out: &mut Vec<[f64; 2]>,
     ) {
         out.clear();
-        match piece.obstacle {
-            None => {
-                let table = &self.tables[piece.table];
-                let of = |n: &[f64; 3]| combine(n, &piece.nodes, piece.count, x);
-                out.extend(table.n.iter().map(of));
-            }
-            Some(obstacle) => {
-                let t = travel[obstacle as usize];
-                let range = piece.first..piece.first + piece.points;
-                out.extend(
-                    self.reference[range]
-                        .iter()
-                        .map(|p| [p[0] + t[0], p[1] + t[1]]),
-                );
-            }
-        }
+        let rigid = &self.reference[piece.first..piece.first + piece.points];
+        piece.append(&self.tables[piece.table].n, rigid, x, travel, out);
     }
 
     /// Present places of the ends of a piece's panels.
@@ -194,16 +180,8 @@ impl Surface {
         out: &mut Vec<[f64; 2]>,
     ) {
         out.clear();
-        match piece.obstacle {
-            None => {
-                let of = |n: &[f64; 3]| combine(n, &piece.nodes, piece.count, x);
-                out.extend(self.tables[piece.table].ends.iter().map(of));
-            }
-            Some(obstacle) => {
-                let t = travel[obstacle as usize];
-                out.extend(piece.ends.iter().map(|p| [p[0] + t[0], p[1] + t[1]]));
-            }
-        }
+        let shapes = &self.tables[piece.table].ends;
+        piece.append(shapes, &piece.ends, x, travel, out);
     }
 
     /// A box around a piece: of a quadratic edge that of its control points.
@@ -251,6 +229,29 @@ impl Piece {
         self.nodes[..ends(self)]
             .iter()
             .any(|n| other.nodes[..ends(other)].contains(n))
+    }
+
+    /// Appends present places: by shape functions on the nodes, those of an obstacle by its travel from where they are `rigid`ly
+    /// drawn.
+    fn append(
+        &self,
+        shapes: &[[f64; 3]],
+        rigid: &[[f64; 2]],
+        x: &[[f64; 2]],
+        travel: &[[f64; 2]],
+        out: &mut Vec<[f64; 2]>,
+    ) {
+        match self.obstacle {
+            None => out.extend(
+                shapes
+                    .iter()
+                    .map(|n| combine(n, &self.nodes, self.count, x)),
+            ),
+            Some(obstacle) => {
+                let t = travel[obstacle as usize];
+                out.extend(rigid.iter().map(|p| [p[0] + t[0], p[1] + t[1]]));
+            }
+        }
     }
 }
 
