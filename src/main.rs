@@ -10,12 +10,14 @@ mod failure;
 mod gradient;
 mod input;
 mod list;
+mod map;
 mod material;
 mod new;
 mod numbers;
 mod numerical_error;
 mod output;
 mod parallel;
+mod reduce;
 mod report;
 mod run;
 mod serve;
@@ -66,8 +68,14 @@ enum Verb {
     Run(run::Run),
     /// The coordinator
     Serve(serve::Serve),
+    /// The tip over the plane of two pressures, and the area of any schedule on it
+    Map(map::Map),
     /// Error against run time of a scene: meshes, elements, tolerances, load steps
     Converge(converge::Converge),
+    /// The paper's reduced model of a scene's unit, fitted, and held against chains of three and nine
+    Reduce(reduce::Reduce),
+    /// The paper's methods by our own runs: its table and figures, with the differences listed
+    Reproduce(run::reproduce::Reproduce),
     /// Published problems, the limits of the solver, random designs: each line against what is right
     Verify(verify::Verify),
     /// Workers for a coordinator
@@ -106,7 +114,10 @@ fn main() -> ExitCode {
     let ended = match arguments.verb {
         Verb::Solve(verb) => verb.run(output),
         Verb::Gradient(verb) => verb.run(output),
+        Verb::Map(verb) => verb.run(output),
         Verb::Converge(verb) => verb.run(output),
+        Verb::Reduce(verb) => verb.run(output),
+        Verb::Reproduce(verb) => verb.run(output),
         Verb::Verify(verb) => verb.run(output),
         Verb::New(verb) => verb.run(output),
         Verb::Run(verb) => verb.run(output),

@@ -4,6 +4,7 @@
 use salp_core::actuation::ActuationCycle;
 use salp_core::material::MaterialLaw;
 use salp_core::scene::{Body, Scene};
+use salp_core::study::Study;
 use serde_json::{Value, json};
 
 use crate::output::number;
@@ -50,6 +51,18 @@ impl Numbers {
             actuation: scene.actuation.clone(),
             units,
             tip: tip(scene),
+        }
+    }
+
+    /// Of a scene of a study, whose schedule is told in the channels of the document rather than in chambers.
+    pub fn of_study(study: &Study, scene: &Scene) -> Self {
+        let numbers = Self::of(scene);
+        match &study.body {
+            Some(body) => Self {
+                actuation: body.actuation.clone(),
+                ..numbers
+            },
+            None => numbers,
         }
     }
 

@@ -71,6 +71,20 @@ impl ActuationCycle {
         scaled
     }
 
+    /// The same schedule with one pressure per chamber, from the channel that drives each. A channel that is not there has no
+    /// pressure; one that drives no chamber is left out.
+    #[must_use]
+    pub fn of_chambers(&self, channels: &[usize]) -> Self {
+        let row = |row: &Vec<f64>| {
+            let pressure = |channel: &usize| row.get(*channel).copied().unwrap_or(0.0);
+            channels.iter().map(pressure).collect()
+        };
+        Self {
+            rows_kpa: self.rows_kpa.iter().map(row).collect(),
+            ..self.clone()
+        }
+    }
+
     /// Number of legs.
     pub fn legs(&self) -> usize {
         self.rows_kpa.len().saturating_sub(1)

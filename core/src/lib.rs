@@ -58,20 +58,22 @@
 //! | [`actuation`] | pressures over pseudo-time, the fixed load states | |
 //! | [`random`] | reproducible random numbers | |
 //! | [`geometry`] | units, chambers, cascade, validity, random designs, mesh plan and block map | random |
+//! | [`reduced`] | the paper's reduced model (Eq. 1): a 2x2 transformation per unit, cascaded, fitted, explored | actuation, geometry |
 //! | [`document`] | JSON values: parse, override, read | fault |
 //! | [`optimiser`] | ask/tell state machines over slices of `f64` | fault |
 //! | `lane` | four numbers side by side, for the kernels | |
 //! | [`material`] | laws, sourced records, energy derivatives | lane |
 //! | [`scene`] | one analysis as a document | actuation, document, geometry, material |
-//! | [`study`] | the study document, restarts as pure state machines | random, scene, optimiser and their imports |
+//! | [`study`] | the study document, restarts as pure state machines | random, reduced, scene, optimiser and their imports |
+//! | [`hierarchy`] | which step of a study is due, what it takes, what an ended one hands on | study and its imports |
 //! | `element` | shape functions, quadrature, the mixed element | lane, material |
 //! | `linear` | order, analyse once, factorise, solve | lane |
 //! | `mesh` | the mesher of fixed topology, Gmsh input, VTU output | element, geometry, material, scene |
-//! | [`picture`] | SVG of shapes and curves | geometry, mesh |
+//! | [`picture`] | SVG of shapes and curves | geometry, mesh, reduced |
 //! | `force` | chamber pressure, tractions | mesh |
 //! | `assembly` | unknowns, pattern, global residual and tangent | element, force, linear, mesh |
 //! | `equilibrium` | Newton, the load path, how it ended | actuation, assembly, linear, material, mesh |
-//! | `objective` | probes, enclosed area, bending angle, tip path | element, mesh |
+//! | `objective` | probes, enclosed area, bending angle, tip path | element, geometry, mesh |
 //! | `constraint` | stretch measure, crossing walls | assembly, force, mesh |
 //! | `adjoint` | derivatives with respect to nodes | assembly, equilibrium, force, objective |
 //! | `evaluate` | the door | all |
@@ -98,6 +100,7 @@ pub mod fault;
 #[cfg(feature = "solver")]
 pub mod force;
 pub mod geometry;
+pub mod hierarchy;
 pub mod lane;
 #[cfg(feature = "solver")]
 pub mod linear;
@@ -109,6 +112,7 @@ pub mod objective;
 pub mod optimiser;
 pub mod picture;
 pub mod random;
+pub mod reduced;
 pub mod scene;
 pub mod study;
 #[cfg(feature = "solver")]

@@ -20,7 +20,7 @@ pub enum StudyState {
     Cancelled,
     /// Every step ended.
     Done,
-    /// An optimiser broke.
+    /// An optimiser broke, or a step could not begin because another one found nothing to hand on.
     Failed,
 }
 
@@ -117,6 +117,21 @@ pub struct StepView {
     pub id: String,
     /// State.
     pub state: StepState,
+    /// Why it is blocked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// What it took from other steps; `None` before it began.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inputs: Option<serde_json::Value>,
+    /// What it hands on; `None` before it is done.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub result: Option<serde_json::Value>,
+    /// Begun, ms since 1970 UTC.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub began_ms: Option<i64>,
+    /// Done or blocked, ms since 1970 UTC.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ended_ms: Option<i64>,
     /// Best point.
     pub best: Option<Best>,
 }
@@ -125,12 +140,37 @@ pub struct StepView {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StepState {
-    /// Its turn has not come.
+    /// What it takes from other steps is not there yet.
     Waiting,
     /// In progress.
     Running,
     /// Every restart ended.
     Done,
+    /// What it takes from other steps will never be there.
+    Blocked,
+}
+
+impl StepState {
+    /// As in the API and in the store.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Running => "running",
+            Self::Done => "done",
+            Self::Blocked => "blocked",
+        }
+    }
+
+    /// The inverse of [`Self::as_str`].
+    pub fn parse(text: &str) -> Option<Self> {
+        Some(match text {
+            "waiting" => Self::Waiting,
+            "running" => Self::Running,
+            "done" => Self::Done,
+            "blocked" => Self::Blocked,
+            _ => return None,
+        })
+    }
 }
 
 /// A best point: within the optimiser's violation tolerance and without overlapping walls.

@@ -3,14 +3,16 @@
 use std::time::Duration;
 
 use salp_core::optimiser::AskKind;
-use salp_core::study::{EvaluationRequest, Outcome, OutcomeStatus};
-use salp_protocol::{Claim, ClaimRequest, StudyId, StudyState, WorkerId, WorkerIdentity};
+use salp_core::study::{EvaluationRequest, Given, Outcome, OutcomeStatus};
+use salp_protocol::{
+    Claim, ClaimRequest, StepState, StudyId, StudyState, WorkerId, WorkerIdentity,
+};
 use serde_json::json;
 
 use crate::machine::{BandAsk, Judgement, Verdict};
 use crate::store::{
-    AcceptedReport, Claimed, Command, Commanded, Held, NewAsk, NewRestart, NewStep, NewStudy,
-    Reported, RestartId, Saved, Store, Submitted,
+    AcceptedReport, BegunStep, Claimed, Command, Commanded, Held, NewAsk, NewRestart, NewStep,
+    NewStudy, Reported, RestartId, Saved, Store, Submitted,
 };
 
 const LEASE_MS: i64 = 60_000;
@@ -29,6 +31,7 @@ pub async fn run(store: &dyn Store) {
     every_outcome_is_stored(store).await;
     each_best_gets_a_band_after_all_else(store).await;
     a_cancelled_study_asks_for_no_band(store).await;
+    steps_begin_end_and_block_once(store).await;
 }
 
 fn ask(x: f64) -> NewAsk {
@@ -42,6 +45,7 @@ fn ask(x: f64) -> NewAsk {
             plan_base: None,
             orientation: None,
             second_mesh: false,
+            given: Given::default(),
         },
         key: format!("key {x}"),
         command: false,
@@ -59,15 +63,23 @@ async fn submit(store: &dyn Store, id: &str, asks: &[f64]) -> StudyId {
         mixed_hardware: false,
         idempotency_key: None,
         body_sha256: "b".to_owned(),
+        begun: vec![begun(0, asks)],
+    };
+    assert_eq!(store.submit(study).await.unwrap(), Submitted::Created);
+    StudyId(id.to_owned())
+}
+
+fn begun(step: usize, asks: &[f64]) -> BegunStep {
+    BegunStep {
+        step,
+        inputs: json!({ "of": step }),
         restarts: vec![NewRestart {
             index: 0,
             machine: json!({ "batch": 0 }),
             summary: json!({}),
             asks: asks.iter().copied().map(ask).collect(),
         }],
-    };
-    assert_eq!(store.submit(study).await.unwrap(), Submitted::Created);
-    StudyId(id.to_owned())
+    }
 }
 
 fn worker(name: &str) -> WorkerIdentity {
@@ -298,6 +310,7 @@ async fn each_best_gets_a_band_after_all_else(store: &dyn Store) {
         asks: Vec::new(),
     };
     store.save_step(step).await.unwrap();
+    assert!(store.end_step(&study, 0, &json!({})).await.unwrap());
     store.finish(&study).await.unwrap();
     let state = async || store.study(&study).await.unwrap().unwrap().state;
     assert_eq!(state().await, StudyState::Running, "bands are out");
@@ -423,13 +436,88 @@ async fn a_batch_is_stepped_once_and_in_its_order(store: &dyn Store) {
     };
     let saved = store.save_step(step).await.unwrap();
     assert_eq!(saved, Saved::Yes { step_ended: true });
-    let ended = store.ended_steps().await.unwrap();
-    assert!(ended.contains(&(study.clone(), 0)));
+    let ended = store.ended_restarts(&study, 0).await.unwrap();
+    assert_eq!(ended, Some(vec![(0, json!({}))]));
+    assert!(store.end_step(&study, 0, &json!({})).await.unwrap());
     store.finish(&study).await.unwrap();
     let view = store.study(&study).await.unwrap().expect("stored");
-    assert_eq!((view.state, view.step), (StudyState::Done, 1));
+    assert_eq!(view.state, StudyState::Done);
     let best = &store.bests(&study).await.unwrap()[0];
     assert_eq!(best.outcome.objective, Some(10.0));
+}
+
+/// A study of three steps: the second begins after the first, the third is given up.
+async fn steps_begin_end_and_block_once(store: &dyn Store) {
+    let study = StudyId("steps".to_owned());
+    let new = NewStudy {
+        id: study.clone(),
+        name: "steps".to_owned(),
+        document: json!({}),
+        fingerprint: "f".to_owned(),
+        steps: 3,
+        mixed_hardware: false,
+        idempotency_key: None,
+        body_sha256: "b".to_owned(),
+        begun: vec![begun(0, &[1.0])],
+    };
+    assert_eq!(store.submit(new).await.unwrap(), Submitted::Created);
+    let states = async || {
+        let steps = store.steps(&study).await.unwrap();
+        steps.iter().map(|s| s.state).collect::<Vec<_>>()
+    };
+    let result = json!({ "candidates": [] });
+    let end = async |objective| {
+        let claim = claim(store).await;
+        let restart = answer(store, &claim, objective).await;
+        let batch = store.batch(restart).await.unwrap().expect("complete");
+        let step = NewStep {
+            restart,
+            version: batch.version,
+            machine: json!({ "batch": 1 }),
+            summary: json!({}),
+            done: true,
+            asks: Vec::new(),
+        };
+        store.save_step(step).await.unwrap()
+    };
+    assert_eq!(
+        states().await,
+        [StepState::Running, StepState::Waiting, StepState::Waiting]
+    );
+    // Not before its restarts have ended, and only once.
+    assert_eq!(store.ended_restarts(&study, 0).await.unwrap(), None);
+    assert!(!store.end_step(&study, 0, &result).await.unwrap());
+    assert_eq!(end(1.0).await, Saved::Yes { step_ended: true });
+    let ended = store.ended_restarts(&study, 0).await.unwrap();
+    assert_eq!(ended, Some(vec![(0, json!({ "batch": 1 }))]));
+    assert!(store.end_step(&study, 0, &result).await.unwrap());
+    assert!(!store.end_step(&study, 0, &result).await.unwrap());
+    store.finish(&study).await.unwrap();
+    assert!(store.under_way().await.unwrap().contains(&study));
+    assert!(store.begin_step(&study, begun(1, &[2.0])).await.unwrap());
+    assert!(!store.begin_step(&study, begun(1, &[2.0])).await.unwrap());
+    assert!(!store.block_step(&study, 1, "why").await.unwrap());
+    assert!(
+        store
+            .block_step(&study, 2, "nothing was found")
+            .await
+            .unwrap()
+    );
+    assert!(!store.begin_step(&study, begun(2, &[3.0])).await.unwrap());
+    assert_eq!(end(2.0).await, Saved::Yes { step_ended: true });
+    assert!(store.end_step(&study, 1, &result).await.unwrap());
+    store.finish(&study).await.unwrap();
+    assert_eq!(
+        states().await,
+        [StepState::Done, StepState::Done, StepState::Blocked]
+    );
+    let steps = store.steps(&study).await.unwrap();
+    assert_eq!(steps[1].inputs, Some(json!({ "of": 1 })));
+    assert_eq!(steps[0].result, Some(result));
+    let view = store.study(&study).await.unwrap().expect("stored");
+    assert_eq!(view.state, StudyState::Failed);
+    assert_eq!(view.failure.as_deref(), Some("nothing was found"));
+    assert!(!store.under_way().await.unwrap().contains(&study));
 }
 
 async fn claims_share_workers_between_studies(store: &dyn Store) {
@@ -517,7 +605,7 @@ async fn a_repeated_key_is_one_study(store: &dyn Store) {
         mixed_hardware: false,
         idempotency_key: Some("key".to_owned()),
         body_sha256: body.to_owned(),
-        restarts: Vec::new(),
+        begun: Vec::new(),
     };
     let first = StudyId("key-1".to_owned());
     let submit = |id, body| store.submit(study(id, body));

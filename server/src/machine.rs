@@ -1,10 +1,15 @@
 //! What the coordinator asks of a study. The state of a restart is opaque JSON to everything outside this file.
 
 use salp_core::fault::Faults;
+use salp_core::hierarchy::{self, Due, Progress, StepResult};
 use salp_core::study::{
-    self, EvaluationRequest, Outcome, OutcomeStatus, RestartState, Study, StudyError,
+    self, EvaluationRequest, Given, Outcome, OutcomeStatus, RestartState, StepInputs, Study,
+    StudyError,
 };
+use salp_protocol::StepState;
 use serde_json::{Value, json};
+
+use crate::store::StoredStep;
 
 /// A study whose restarts can be begun and stepped: pure functions of their arguments.
 pub struct StudyMachine {
@@ -94,14 +99,73 @@ impl StudyMachine {
         step.is_some_and(|step| matches!(step.model, study::spec::Model::Command(_)))
     }
 
-    /// The restarts of a step, each with its first batch.
-    pub fn begin(&self, step: usize) -> Result<Vec<Advance>, MachineError> {
+    /// What is due among the steps: `progress` has one entry for each.
+    pub fn due(&self, progress: &[Progress]) -> Result<Vec<Due>, MachineError> {
+        hierarchy::due(&self.study, progress).map_err(|e| MachineError {
+            step: 0,
+            restart: 0,
+            reason: e.to_string(),
+        })
+    }
+
+    /// How far a step is, from what is stored of it.
+    pub fn progress(&self, step: &StoredStep) -> Result<Progress, MachineError> {
+        Ok(match step.state {
+            StepState::Waiting => Progress::Waiting,
+            StepState::Running => Progress::Running,
+            StepState::Blocked => Progress::Blocked,
+            StepState::Done => {
+                let result = step
+                    .result
+                    .clone()
+                    .unwrap_or_else(|| json!(StepResult::default()));
+                let result = serde_json::from_value(result).map_err(|e| MachineError {
+                    step: step.step,
+                    restart: 0,
+                    reason: format!("read its own result back: {e}"),
+                })?;
+                Progress::Done(result)
+            }
+        })
+    }
+
+    /// What an ended step hands on. `restarts` are the indices and states of its restarts.
+    pub fn result(
+        &self,
+        step: usize,
+        restarts: Vec<(usize, Value)>,
+    ) -> Result<Value, MachineError> {
+        let broke = |restart, reason: String| MachineError {
+            step,
+            restart,
+            reason,
+        };
+        let mut kept = Vec::new();
+        let mut given = Given::default();
+        for (index, state) in restarts {
+            let state: RestartState = serde_json::from_value(state)
+                .map_err(|e| broke(index, format!("read its own state back: {e}")))?;
+            given = state.spec.given.clone();
+            kept.extend(
+                state
+                    .candidates()
+                    .iter()
+                    .map(|point| (index, point.clone())),
+            );
+        }
+        let result = StepResult::of(&self.study, step, &given, &kept)
+            .map_err(|e| broke(0, e.to_string()))?;
+        serde_json::to_value(result).map_err(|e| broke(0, format!("store its result: {e}")))
+    }
+
+    /// The restarts of a step that takes `inputs`, each with its first batch.
+    pub fn begin(&self, step: usize, inputs: &StepInputs) -> Result<Vec<Advance>, MachineError> {
         let broke = |restart, reason: StudyError| MachineError {
             step,
             restart,
             reason: reason.to_string(),
         };
-        let specs = self.study.restarts(step).map_err(|e| broke(0, e))?;
+        let specs = self.study.restarts(step, inputs).map_err(|e| broke(0, e))?;
         specs
             .iter()
             .map(|spec| {
@@ -144,8 +208,8 @@ impl StudyMachine {
         request: &EvaluationRequest,
         outcome: &Outcome,
     ) -> Result<(Outcome, Option<String>), MachineError> {
-        let checked = self
-            .study
+        let study = self.study.given(request.step, &request.given);
+        let checked = study
             .checked(request, outcome)
             .map_err(|e| broke(request, &e))?;
         let nonsense = match &checked.status {
@@ -183,8 +247,9 @@ impl StudyMachine {
             return Ok(Verdict::WITHOUT_VALUES);
         }
         let broke = |e: StudyError| broke(request, &e);
-        let problem = self.study.problem(request.step).map_err(broke)?;
-        let step = self.study.step(request.step).map_err(broke)?;
+        let study = self.study.given(request.step, &request.given);
+        let problem = study.problem(request.step).map_err(broke)?;
+        let step = study.step(request.step).map_err(broke)?;
         let violation = problem.violation(&outcome.constraints);
         let feasible = violation <= step.optimiser.violation_tolerance();
         let overlap = outcome.walls_overlap();

@@ -4,8 +4,8 @@
 use async_trait::async_trait;
 use salp_core::study::{EvaluationRequest, Outcome};
 use salp_protocol::{
-    Claim, ClaimRequest, Counts, EvaluationId, EvaluationRow, Event, StudyId, StudyState, WorkerId,
-    WorkerIdentity, WorkerView,
+    Claim, ClaimRequest, Counts, EvaluationId, EvaluationRow, Event, StepState, StudyId,
+    StudyState, WorkerId, WorkerIdentity, WorkerView,
 };
 use serde_json::Value;
 
@@ -44,7 +44,7 @@ pub enum StoreError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct RestartId(pub i64);
 
-/// A study to be stored with the restarts of its first step.
+/// A study to be stored with the restarts of the steps that begin at once.
 #[derive(Clone, Debug)]
 pub struct NewStudy {
     /// Id, chosen by the coordinator.
@@ -63,7 +63,18 @@ pub struct NewStudy {
     pub idempotency_key: Option<String>,
     /// Hash of the body.
     pub body_sha256: String,
-    /// Restarts of the first step.
+    /// The steps that take nothing from others; the rest waits.
+    pub begun: Vec<BegunStep>,
+}
+
+/// A step that begins, with all that its restarts ask for at first.
+#[derive(Clone, Debug)]
+pub struct BegunStep {
+    /// Index in the study.
+    pub step: usize,
+    /// What it takes from other steps, which only the core reads.
+    pub inputs: Value,
+    /// Its restarts.
     pub restarts: Vec<NewRestart>,
 }
 
@@ -262,7 +273,7 @@ pub struct NewStep {
 pub enum Saved {
     /// Saved.
     Yes {
-        /// Whether every restart of the study's step is done now.
+        /// Whether every restart of its step is done now.
         step_ended: bool,
     },
     /// Another one was faster, or the study ended; this one is discarded.
@@ -306,13 +317,28 @@ pub struct StoredStudy {
     pub failure: Option<String>,
     /// Hash of the resolved document.
     pub fingerprint: String,
-    /// Index of the step in progress.
-    pub step: usize,
     /// Submitted.
     pub created_ms: i64,
     /// First claim.
     pub started_ms: Option<i64>,
     /// End.
+    pub ended_ms: Option<i64>,
+}
+
+/// A step as stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredStep {
+    /// Index in the study.
+    pub step: usize,
+    /// State.
+    pub state: StepState,
+    /// What it took from other steps.
+    pub inputs: Option<Value>,
+    /// What it hands on; of a blocked one `{"reason": ...}`.
+    pub result: Option<Value>,
+    /// Begun, ms.
+    pub began_ms: Option<i64>,
+    /// Done or blocked, ms.
     pub ended_ms: Option<i64>,
 }
 
@@ -380,16 +406,34 @@ pub struct StoredPoint {
 /// The store.
 #[async_trait]
 pub trait Store: Send + Sync {
-    /// Stores a study with its first restarts and their asks.
+    /// Stores a study with its steps, the restarts of those that begin at once, and their asks.
     async fn submit(&self, study: NewStudy) -> Result<Submitted, StoreError>;
-    /// Begins a later step, if the study still is at the end of the one before it; false otherwise.
-    async fn begin_step(
+    /// The steps of a study, in order.
+    async fn steps(&self, study: &StudyId) -> Result<Vec<StoredStep>, StoreError>;
+    /// Indices and optimisers' states of the restarts of a step, in order; `None` while one of them runs.
+    async fn ended_restarts(
         &self,
         study: &StudyId,
         step: usize,
-        restarts: Vec<NewRestart>,
+    ) -> Result<Option<Vec<(usize, Value)>>, StoreError>;
+    /// Begins a step of a study under way, if it still waits; false otherwise.
+    async fn begin_step(&self, study: &StudyId, begun: BegunStep) -> Result<bool, StoreError>;
+    /// Ends a step of a study under way all of whose restarts are done, with what it hands on; false otherwise.
+    async fn end_step(
+        &self,
+        study: &StudyId,
+        step: usize,
+        result: &Value,
     ) -> Result<bool, StoreError>;
-    /// Ends a study after its last step, if nothing of it is queued: the last band to be answered ends it otherwise.
+    /// Gives up a step of a study under way that waits for what will never be there; false if it does not wait.
+    async fn block_step(
+        &self,
+        study: &StudyId,
+        step: usize,
+        reason: &str,
+    ) -> Result<bool, StoreError>;
+    /// Ends a study whose steps have all ended, if nothing of it is queued: the last band to be answered ends it otherwise. A
+    /// study with a blocked step has failed.
     async fn finish(&self, study: &StudyId) -> Result<(), StoreError>;
     /// Ends a study whose optimiser broke.
     async fn fail(&self, study: &StudyId, failure: &str) -> Result<(), StoreError>;
@@ -433,8 +477,8 @@ pub trait Store: Send + Sync {
     ) -> Result<Vec<Option<KnownResult>>, StoreError>;
     /// Restarts of studies under way whose batch is answered: what a crash left behind.
     async fn unstepped(&self) -> Result<Vec<RestartId>, StoreError>;
-    /// Studies under way whose step has ended, with that step: what a crash left behind.
-    async fn ended_steps(&self) -> Result<Vec<(StudyId, usize)>, StoreError>;
+    /// Studies under way: a crash may have left one of their steps behind.
+    async fn under_way(&self) -> Result<Vec<StudyId>, StoreError>;
     /// Studies that are being cancelled.
     async fn cancelling(&self) -> Result<Vec<StudyId>, StoreError>;
     /// Ends the cancellation of a study when no lease is held any more.

@@ -9,6 +9,7 @@ use salp_worker::Client;
 use serde_json::{Value, json};
 
 use super::active::ActiveLimits;
+use super::progress::label;
 use crate::failure::Failure;
 use crate::show::stop_reason;
 
@@ -49,7 +50,8 @@ impl Results {
         let active = |(step, s): (usize, &StepView)| {
             let best = s.best.as_ref()?;
             let row = ledger.iter().find(|r| r.evaluation == best.evaluation)?;
-            ActiveLimits::of(study, step, &best.x, row.outcome.as_ref()?)
+            let given = study.given(step, &super::steps::inputs(s).given);
+            ActiveLimits::of(&given, step, &best.x, row.outcome.as_ref()?)
         };
         Ok(Self {
             active: view.steps.iter().enumerate().map(active).collect(),
@@ -62,6 +64,16 @@ impl Results {
             keeps: study.steps.iter().map(|step| step.keeps).collect(),
             seconds,
         })
+    }
+
+    /// A name for a restart.
+    pub fn label(&self, study: &Study, step: usize, index: usize) -> String {
+        let found = self
+            .restarts
+            .iter()
+            .find(|r| (r.step, r.index) == (step, index));
+        let summary = found.map_or(&Value::Null, |r| &r.summary);
+        label(study, step, index, summary)
     }
 
     /// Why the study failed.
@@ -145,6 +157,7 @@ impl Results {
         json!({
             "id": view.id,
             "status": status,
+            "inputs": view.inputs,
             "best": best,
             "candidates": candidates,
             "restarts": restarts,

@@ -141,6 +141,32 @@ impl RunFolder {
         Ok(folder)
     }
 
+    /// Takes what an earlier run in another folder has evaluated as known, unless this one has a store already: a result is known
+    /// by the hash of its model, settings and design, whichever study asked for it.
+    pub fn know(&self, earlier: &Path) -> Result<(), Failure> {
+        if self.store().exists() {
+            return Ok(());
+        }
+        let refused = |why: String| Failure::fault("known", format!("{} {why}", earlier.display()));
+        let record = read_record(&earlier.join("run.json"))
+            .map_err(|why| refused(format!("holds a run.json that cannot be read: {why}")))?
+            .ok_or_else(|| refused("is no folder of an earlier run".into()))?;
+        if record.url.is_some() {
+            // What is in its queue would be handed out here.
+            return Err(refused(
+                "holds a run that is under way, or was killed: let it end or pause it first".into(),
+            ));
+        }
+        for name in ["store.db", "store.db-wal"] {
+            match std::fs::copy(earlier.join(name), self.at(name)) {
+                Err(e) if e.kind() == std::io::ErrorKind::NotFound && name != "store.db" => {}
+                Err(e) => return Err(refused(format!("has no {name} that can be copied: {e}"))),
+                Ok(_) => {}
+            }
+        }
+        Ok(())
+    }
+
     /// A path in the folder.
     pub fn at(&self, name: &str) -> PathBuf {
         self.path.join(name)

@@ -8,6 +8,8 @@ mod folder;
 mod page;
 mod progress;
 pub mod report;
+pub mod reproduce;
+mod steps;
 mod sweep;
 mod winner;
 mod workers;
@@ -52,6 +54,12 @@ pub struct Run {
     /// Starts over: removes what an earlier run left in the folder
     #[arg(long)]
     fresh: bool,
+    /// Only this step and those that it takes from
+    #[arg(long, value_name = "ID")]
+    step: Option<String>,
+    /// Folder of an earlier run of the same build: what was evaluated there is known here
+    #[arg(long, value_name = "DIR")]
+    known: Option<PathBuf>,
     /// Says how far the best design's objective is from that of its model: six more solves when the study has ended
     #[arg(long)]
     numerical_error: bool,
@@ -91,7 +99,14 @@ impl Run {
         if let Some(sweep) = &self.sweep {
             return self.sweep(&document, &Sweep::read(sweep)?, &interrupted, output);
         }
-        let study = read_study(&document, true)?;
+        let mut study = read_study(&document, true)?;
+        if let Some(step) = &self.step {
+            study = study.needed_for(step).ok_or_else(|| {
+                let ids: Vec<&str> = study.steps.iter().map(|s| s.id.as_str()).collect();
+                let message = format!("no step is named \"{step}\"; there are {}", ids.join(", "));
+                Failure::fault("step", message)
+            })?;
+        }
         self.check_programs(&study)?;
         let ended = self.carry_out(&study, self.folder(&study), &interrupted)?;
         if ended.state == StudyState::Paused {
@@ -104,6 +119,59 @@ impl Run {
         ended.well()
     }
 
+    fn carry_out(
+        &self,
+        study: &Study,
+        folder: PathBuf,
+        interrupted: &AtomicBool,
+    ) -> Result<Ended, Failure> {
+        let programs = self.allow_commands.then(|| self.study.folder().to_owned());
+        let setting = Setting {
+            workers: self.workers.map_or_else(cores, usize::from),
+            fresh: self.fresh,
+            known: self.known.clone(),
+            numerical_error: self.numerical_error,
+            programs,
+        };
+        setting.carry_out(study, folder, interrupted)
+    }
+
+    fn folder(&self, study: &Study) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| {
+            let hash: String = study.fingerprint().chars().take(8).collect();
+            PathBuf::from("salp-out").join(format!("{}-{hash}", study.name))
+        })
+    }
+
+    fn check_programs(&self, study: &Study) -> Result<(), Failure> {
+        let mut faults = Faults::default();
+        for (i, step) in study.steps.iter().enumerate() {
+            if matches!(step.model, Model::Command(_)) && !self.allow_commands {
+                faults.add(
+                    format!("step[{i}].model"),
+                    "starts a program: say --allow-commands if you trust it",
+                );
+            }
+        }
+        Ok(faults.check(())?)
+    }
+}
+
+/// How studies are run.
+struct Setting {
+    /// Worker processes.
+    workers: usize,
+    /// Whether what an earlier run left is removed.
+    fresh: bool,
+    /// Folder whose results are known.
+    known: Option<PathBuf>,
+    /// Whether the best design's numerical error is computed.
+    numerical_error: bool,
+    /// Where programs are looked up, if the study may start any.
+    programs: Option<PathBuf>,
+}
+
+impl Setting {
     /// A study in its folder, until it ends or is interrupted.
     fn carry_out(
         &self,
@@ -111,21 +179,23 @@ impl Run {
         folder: PathBuf,
         interrupted: &AtomicBool,
     ) -> Result<Ended, Failure> {
-        let count = self.workers.map_or_else(cores, usize::from);
+        let count = self.workers;
         let mut folder = RunFolder::open(folder, study, self.fresh)?;
+        if let Some(earlier) = &self.known {
+            folder.know(earlier)?;
+        }
         let study = &folder.with_meshes(study)?;
-        let coordinator = Coordinator::start(&folder.store(), self.allow_commands)?;
+        let coordinator = Coordinator::start(&folder.store(), self.programs.is_some())?;
         let client = coordinator.client();
         // The resolved document: the same study is the same text, whatever its file looks like.
         let created = client.submit(&study.document(), Some(&study.fingerprint()))?;
         folder.begun(&created.id, coordinator.url())?;
-        let programs = self.allow_commands.then(|| self.study.folder().to_owned());
         let job = Job {
             client: &client,
             id: &created.id,
             url: coordinator.url(),
             workers: count,
-            programs: programs.as_deref(),
+            programs: self.programs.as_deref(),
         };
         let state = job.carry_out(study, &mut folder, interrupted)?;
         folder.ended()?;
@@ -153,26 +223,6 @@ impl Run {
             document,
             text,
         })
-    }
-
-    fn folder(&self, study: &Study) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| {
-            let hash: String = study.fingerprint().chars().take(8).collect();
-            PathBuf::from("salp-out").join(format!("{}-{hash}", study.name))
-        })
-    }
-
-    fn check_programs(&self, study: &Study) -> Result<(), Failure> {
-        let mut faults = Faults::default();
-        for (i, step) in study.steps.iter().enumerate() {
-            if matches!(step.model, Model::Command(_)) && !self.allow_commands {
-                faults.add(
-                    format!("step[{i}].model"),
-                    "starts a program: say --allow-commands if you trust it",
-                );
-            }
-        }
-        Ok(faults.check(())?)
     }
 }
 

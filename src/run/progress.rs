@@ -4,10 +4,10 @@ use std::io::{IsTerminal as _, Write as _};
 use std::time::{Duration, Instant};
 
 use rustix::termios::tcgetwinsize;
-use salp_core::scene::Orientation;
 use salp_core::study::Study;
 use salp_protocol::{Event, StudyId};
 use salp_worker::Client;
+use serde_json::Value;
 
 use crate::failure::Failure;
 use crate::output::number;
@@ -18,7 +18,9 @@ const REDRAW: Duration = Duration::from_millis(250);
 const SAY_AGAIN: Duration = Duration::from_secs(20);
 
 /// What is known of each restart.
-pub struct Progress {
+pub struct Progress<'a> {
+    study: &'a Study,
+    /// By step and index.
     lines: Vec<Line>,
     after: i64,
     began: Instant,
@@ -34,34 +36,17 @@ struct Line {
     evaluations: u64,
     best: Option<f64>,
     done: Option<String>,
-    seen: bool,
     said: Option<(Instant, u64)>,
     /// When it had ended, for its elapsed time.
     ended: Option<Instant>,
 }
 
-impl Progress {
+impl<'a> Progress<'a> {
     /// Of a study whose events were not seen yet.
-    pub fn new(study: &Study) -> Self {
-        let mut lines = Vec::new();
-        for (step, s) in study.steps.iter().enumerate() {
-            // A step whose starts cannot be drawn failed when it was submitted.
-            for (index, label) in labels(study, step).into_iter().enumerate() {
-                lines.push(Line {
-                    step,
-                    index,
-                    label: format!("{} {label}", s.id),
-                    evaluations: 0,
-                    best: None,
-                    done: None,
-                    seen: false,
-                    said: None,
-                    ended: None,
-                });
-            }
-        }
+    pub fn new(study: &'a Study) -> Self {
         Self {
-            lines,
+            study,
+            lines: Vec::new(),
             after: 0,
             began: Instant::now(),
             terminal: std::io::stderr().is_terminal(),
@@ -94,18 +79,11 @@ impl Progress {
         let (Some(step), Some(index)) = (whole("step"), whole("restart")) else {
             return;
         };
-        let line = self
-            .lines
-            .iter_mut()
-            .find(|l| (l.step as u64, l.index as u64) == (step, index));
-        let Some(line) = line else {
-            return;
-        };
         // A band is none of the optimiser's evaluations.
         if field("band_of").is_some() {
             return;
         }
-        line.seen = true;
+        let line = self.line(step as usize, index as usize, field("summary"));
         let says = |name: &str| field(name).and_then(serde_json::Value::as_bool);
         match event.kind.as_str() {
             "evaluation" => {
@@ -124,6 +102,30 @@ impl Progress {
             }
             _ => {}
         }
+    }
+
+    /// The line of a restart, begun where it is new.
+    fn line(&mut self, step: usize, index: usize, summary: Option<&Value>) -> &mut Line {
+        let place = self
+            .lines
+            .partition_point(|l| (l.step, l.index) < (step, index));
+        let known = self.lines.get(place);
+        if known.is_none_or(|l| (l.step, l.index) != (step, index)) {
+            let id = self.study.steps.get(step).map_or("", |s| s.id.as_str());
+            let label = label(self.study, step, index, summary.unwrap_or(&Value::Null));
+            let line = Line {
+                step,
+                index,
+                label: format!("{id} {label}"),
+                evaluations: 0,
+                best: None,
+                done: None,
+                said: None,
+                ended: None,
+            };
+            self.lines.insert(place, line);
+        }
+        &mut self.lines[place]
     }
 
     fn draw(&mut self, last: bool) {
@@ -175,12 +177,11 @@ impl Progress {
         let size = tcgetwinsize(std::io::stderr()).ok();
         let (columns, rows) = size.map_or((80, 24), |s| (s.ws_col as usize, s.ws_row as usize));
         let room = rows.max(4) - 2;
-        let seen: Vec<&Line> = self.lines.iter().filter(|l| l.seen).collect();
-        let mut shown: Vec<&Line> = seen.iter().copied().filter(|l| l.done.is_none()).collect();
-        shown.extend(seen.iter().rev().filter(|l| l.done.is_some()));
+        let mut shown: Vec<&Line> = self.lines.iter().filter(|l| l.done.is_none()).collect();
+        shown.extend(self.lines.iter().rev().filter(|l| l.done.is_some()));
         shown.truncate(room);
         shown.sort_by_key(|l| (l.step, l.index));
-        let hidden = seen.len() - shown.len();
+        let hidden = self.lines.len() - shown.len();
         let mut texts: Vec<String> = shown.into_iter().map(|l| self.text(l)).collect();
         if hidden > 0 {
             texts.push(format!("and {hidden} more restarts"));
@@ -211,32 +212,23 @@ impl Progress {
     }
 }
 
-/// A name for each restart of a step: its number, start and sense; the points of a sweep may count in either.
-pub fn labels(study: &Study, step: usize) -> Vec<String> {
-    let specs = study.restarts(step).unwrap_or_default();
+/// A name for a restart: its number, start and sense, as its summary has them; the points of a sweep may count in either.
+pub fn label(study: &Study, step: usize, index: usize, summary: &Value) -> String {
     let target = study.steps.get(step).and_then(|s| s.target.as_ref());
-    let open = target
-        .filter(|target| target.either_sense)
-        .map(|_| "the larger sense at each point");
-    specs
-        .iter()
-        .map(|spec| {
-            let start = serde_json::json!(spec.start_kind);
-            let words = [
-                start.as_str(),
-                spec.orientation
-                    .map(|o| match o {
-                        Orientation::CounterClockwise => "counter-clockwise",
-                        Orientation::Clockwise => "clockwise",
-                    })
-                    .or(open),
-            ];
-            let words: Vec<&str> = words.into_iter().flatten().collect();
-            if words.is_empty() {
-                format!("restart {}", spec.index)
-            } else {
-                format!("restart {} ({})", spec.index, words.join(", "))
-            }
-        })
-        .collect()
+    let sense = match summary["orientation"].as_str() {
+        Some("counter_clockwise") => Some("counter-clockwise"),
+        Some(sense) => Some(sense),
+        None => target
+            .filter(|target| target.either_sense)
+            .map(|_| "the larger sense at each point"),
+    };
+    let words: Vec<&str> = [summary["start"].as_str(), sense]
+        .into_iter()
+        .flatten()
+        .collect();
+    if words.is_empty() {
+        format!("restart {index}")
+    } else {
+        format!("restart {index} ({})", words.join(", "))
+    }
 }

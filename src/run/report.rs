@@ -4,15 +4,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use salp_core::geometry::Point;
-use salp_core::scene::{Bound, ContactMode, Goal};
+use salp_core::scene::{Bound, ContactMode, Goal, Measure};
 use salp_core::study::Study;
 use salp_core::study::spec::{Model, StepConstraints};
+use salp_core::study::surrogate::fitness;
 use salp_protocol::{Best, EvaluationRow, csv};
 use serde_json::{Value, json};
 
 use super::document::Results;
 use super::page::Page;
-use super::progress::labels;
+use super::steps;
 use super::winner::{self, Winner};
 use crate::companions;
 use crate::failure::Failure;
@@ -47,18 +48,21 @@ pub fn write(
     match results.best() {
         None => lines.push("no feasible design without overlapping walls was found".into()),
         Some((step, best)) => {
-            let label = labels(study, step).into_iter().nth(best.restart);
+            let given = steps::as_given(study, results, step);
+            let study = &*given;
+            let label = results.label(study, step, best.restart);
             let goal = goal(study, step);
             lines.extend(goal.map(|goal| format!("target: {}", goal.words())));
             lines.push(format!(
                 "best objective {}{} in {}, evaluation {}, largest violation {}",
                 number(Some(best.objective)),
                 goal.map_or_else(String::new, |goal| format!(" {}", goal.unit())),
-                label.unwrap_or_else(|| format!("restart {}", best.restart)),
+                label,
                 best.evaluation,
                 number(Some(best.max_violation))
             ));
             lines.extend(measures(study, results, step, best));
+            lines.extend(surrogate(study, step));
             if let Some(active) = results.active(step) {
                 lines.extend(
                     active.lines(
@@ -67,12 +71,17 @@ pub fn write(
                 );
             }
             if let Some((scene, plan_base)) = winner::scene(study, results, step, best) {
-                caption = Numbers::of(&scene).lines();
+                caption = Numbers::of_study(study, &scene).lines();
                 caption.push(limits(study, step));
-                summary["numbers"] = Numbers::of(&scene).document();
+                summary["numbers"] = Numbers::of_study(study, &scene).document();
                 write_file(&at("best.json"), &pretty(&scene.document()))?;
                 let plan = plan_base.and_then(|base| study.mesh_plan(step, &base).ok().flatten());
-                let best = Winner::solve(study, &scene, plan.as_ref(), &caption)?;
+                let best = Winner::solve(
+                    &format!("{}: best design", study.name),
+                    &scene,
+                    plan.as_ref(),
+                    &caption,
+                )?;
                 write_file(&at("best.svg"), &best.svg)?;
                 page.figure("The best design", &best.svg);
                 lines.extend(best.lines());
@@ -103,6 +112,10 @@ pub fn write(
             summary["best"] = json!(best);
         }
     }
+    let winner = results.best().map(|(step, _)| step);
+    let (of_steps, documents) = steps::write(folder, study, results, winner, &mut page)?;
+    lines.extend(of_steps);
+    summary["steps"] = documents;
     lines.push(bands(study, results));
     lines.extend(crate::accuracy::lines(study));
     lines.extend(caption.iter().cloned());
@@ -110,10 +123,7 @@ pub fn write(
     let unit = results.best().and_then(|(step, _)| goal(study, step));
     let unit = unit.map_or_else(String::new, |goal| format!(" ({})", goal.unit()));
     write_file(&at("result.json"), &document.to_string())?;
-    let label = |step: usize, index: usize| {
-        let label = labels(study, step).into_iter().nth(index);
-        label.unwrap_or_else(|| format!("restart {index}"))
-    };
+    let label = |step: usize, index: usize| results.label(study, step, index);
     let curve = crate::curve::picture(&results.curve, &study.name, &unit, label, caption);
     let curve = curve.svg();
     write_file(&at("curve.svg"), &curve)?;
@@ -214,6 +224,14 @@ fn by_worker(results: &Results) -> BTreeMap<String, usize> {
 /// What a step minimises; `None` for programs.
 fn goal(study: &Study, step: usize) -> Option<&Goal<Point>> {
     Some(&study.steps.get(step)?.target.as_ref()?.goal)
+}
+
+/// Whether the units of a step's chain may stand for nine under its schedule, where its target is an area.
+fn surrogate(study: &Study, step: usize) -> Option<String> {
+    let area = matches!(goal(study, step)?.measure, Measure::EnclosedArea { .. });
+    let body = study.body_of(step).ok()??;
+    let fitness = fitness(&body.actuation.rows_kpa, body.actuator.units);
+    fitness.sentence().filter(|_| area)
 }
 
 /// The best design's measures: that of the target, then each bound with what must hold.

@@ -116,12 +116,11 @@ fn point(study: &Study, value: &Value, ended: &Ended, folder: PathBuf) -> SweptP
     });
     // Without a best design the start's scene says p/mu and the rest as well.
     let step = best.map_or(study.steps.len() - 1, |(step, _)| step);
-    let x = match best {
-        Some((_, best)) => Some(best.x.clone()),
-        None => study
-            .restarts(step)
-            .ok()
-            .and_then(|r| Some(r.first()?.x0.clone())),
+    let x = if let Some((_, best)) = best {
+        Some(best.x.clone())
+    } else {
+        let first = results.restarts.iter().find(|r| r.step == step);
+        first.and_then(|r| serde_json::from_value(r.summary["x0"].clone()).ok())
     };
     let scene = x.and_then(|x| study.scene(step, &x, None).ok());
     let state = json!(ended.state);
@@ -131,7 +130,7 @@ fn point(study: &Study, value: &Value, ended: &Ended, folder: PathBuf) -> SweptP
         objective: best.map(|(_, best)| best.objective),
         area: outcome.and_then(|r| r.enclosed_area_mm2),
         max_stretch: outcome.map(|r| r.max_stretch),
-        numbers: scene.as_ref().map(Numbers::of),
+        numbers: scene.as_ref().map(|s| Numbers::of_study(study, s)),
         cpu_s: report::cpu_s(results),
         more: vec![
             ("restarts", json!(results.restarts.len())),

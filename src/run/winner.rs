@@ -50,7 +50,7 @@ pub struct Winner {
 impl Winner {
     /// Solves and draws it, on the mesh of its evaluation.
     pub fn solve(
-        study: &Study,
+        title: &str,
         scene: &Scene,
         plan: Option<&MeshPlan>,
         caption: &[String],
@@ -64,9 +64,8 @@ impl Winner {
         let Some(body) = &solution.body else {
             return Err(Failure::BadInput(Faults::default()));
         };
-        let title = format!("{}: best design", study.name);
         Ok(Self {
-            svg: picture(&title, scene, &solution, body, caption),
+            svg: picture(title, scene, &solution, body, caption),
             answer: solution.answer,
         })
     }

@@ -216,8 +216,9 @@ fn csv(lines: &[DesignLine]) -> String {
     csv
 }
 
-/// Meshes random designs of every stratum.
+/// Meshes random designs of every stratum of a layout.
 pub fn run_mesher(verify: &Verify, count: usize, output: Output) -> Result<(), Failure> {
+    let layout = verify.layout;
     let mut totals = Vec::new();
     for stratum in Stratum::ALL {
         let share = count.div_ceil(Stratum::ALL.len());
@@ -228,7 +229,7 @@ pub fn run_mesher(verify: &Verify, count: usize, output: Output) -> Result<(), F
             |batch| {
                 let first = batch * MESHER_BATCH;
                 let last = share.min(first + MESHER_BATCH);
-                mesh_designs(stratum, verify.seed, first..last)
+                mesh_designs(layout, stratum, verify.seed, first..last)
             },
             |done, _| {
                 if done % 10 == 0 {
@@ -251,6 +252,7 @@ pub fn run_mesher(verify: &Verify, count: usize, output: Output) -> Result<(), F
     let document = json!({
         "status": if failed == 0 { "ok" } else { "failed" },
         "seed": verify.seed,
+        "layout": layout,
         "strata": totals,
     });
     output.print(&document, || mesher_text(&totals));

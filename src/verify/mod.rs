@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use salp_core::equilibrium::{Observer, Phase};
+use salp_core::geometry::Layout;
 use salp_core::mesh::ElementKind;
 use salp_core::verify::CpuClock;
 use salp_core::verify::designs::SEED;
@@ -28,6 +29,9 @@ pub struct Verify {
     /// Random designs through the mesher alone: N of them, none may fold
     #[arg(long, value_name = "N", conflicts_with_all = ["stress", "only", "element", "tighten"])]
     mesher: Option<usize>,
+    /// Chambers of the designs of --mesher: stacked_pair, side_by_side or three_chambers
+    #[arg(long, value_parser = layout, default_value = "stacked_pair", requires = "mesher")]
+    layout: Layout,
     /// Seed of random designs
     #[arg(long, default_value_t = SEED)]
     seed: u64,
@@ -52,6 +56,15 @@ pub struct Verify {
     /// Divides every bound, to see what margin it has
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
     tighten: f64,
+}
+
+/// A layout by its name in documents.
+fn layout(name: &str) -> Result<Layout, String> {
+    let found = Layout::NAMES.iter().find(|(known, _)| *known == name);
+    found.map(|(_, layout)| *layout).ok_or_else(|| {
+        let names = Layout::NAMES.map(|(known, _)| known);
+        format!("expected one of {}", names.join(", "))
+    })
 }
 
 /// Elements by name.

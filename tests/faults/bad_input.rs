@@ -224,3 +224,67 @@ fn a_numerical_error_needs_an_objective() {
     let paths = refused(&folder.0, &["solve", "scene.json", "--numerical-error"]);
     assert_eq!(paths, ["objective"]);
 }
+
+#[test]
+fn a_map_needs_two_channels_an_odd_grid_and_schedules_in_its_range() {
+    let folder = Folder::new("map");
+    let scene = |schedule: Value| {
+        json!({
+            "version": 1,
+            "actuator": {"repeat": 1, "chambers_mm": [
+                [[20, 13], [60, 13], [60, 28], [20, 28]],
+                [[20, 52], [60, 52], [60, 67], [20, 67]]
+            ]},
+            "material": "mold-star-30",
+            "mesh": {"element": "quad4", "max_size_mm": 20},
+            "actuation": {"schedule": schedule},
+            "probes": {"tip": [80, 40]}
+        })
+    };
+    put(&folder, "scene.json", &scene(json!([[0, 0], [3, 0]])));
+    put(&folder, "one.json", &scene(json!([[0], [3]])));
+    let map = |more: &[&str]| refused(&folder.0, &[&["map"], more].concat());
+    let outside = "[[0,0],[3,3.5],[0,0]]";
+    let wrong = [
+        "scene.json",
+        "--schedule",
+        outside,
+        "--schedule",
+        "hold",
+        "--schedule",
+        "[[0],[1]]",
+    ];
+    assert_eq!(map(&wrong), ["schedule[0]", "schedule[2]"]);
+    assert_eq!(map(&["scene.json", "--grid", "6"]), ["grid"]);
+    assert_eq!(map(&["scene.json", "--schedule", "wave"]), ["schedule[0]"]);
+    assert!(!map(&["one.json", "--schedule", "[[0,0],[1,0]]"]).is_empty());
+    let own = "[[0,0],[3,1],[1,3],[0,0]]";
+    let (code, answer) = salp(
+        &folder.0,
+        &[
+            "map",
+            "scene.json",
+            "--grid",
+            "5",
+            "--schedule",
+            own,
+            "--csv",
+            "map.csv",
+        ],
+    );
+    assert_eq!(
+        (code, &answer["status"], &answer["unique"]),
+        (0, &json!("ok"), &json!(true)),
+        "{answer}"
+    );
+    let score = &answer["schedules"][0]["scores"]["tip"];
+    assert!(
+        score["area_mm2"].as_f64().unwrap() != 0.0 && score["error_mm2"].as_f64().unwrap() > 0.0
+    );
+    let table = std::fs::read_to_string(folder.0.join("map.csv")).unwrap();
+    assert_eq!(table.lines().count(), 26);
+    assert!(
+        table.starts_with("first_kpa,second_kpa,tip_u_x_mm,tip_u_y_mm\n0,0,0,0\n"),
+        "{table}"
+    );
+}

@@ -6,6 +6,7 @@ mod support;
 
 mod bad_input;
 mod run;
+mod steps;
 
 use std::time::{Duration, Instant};
 

@@ -1,8 +1,9 @@
-//! Published problems, solved from Gmsh files as a user would: written, read, solved by a scene.
+//! Published problems, solved from Gmsh files as a user would: written, read, solved by a scene; and verbs that compare solutions.
 
 mod command;
 mod cooks_membrane;
 mod numerical_error;
+mod reduced_model;
 mod thick_cylinder;
 
 use std::path::PathBuf;

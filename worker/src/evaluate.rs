@@ -72,9 +72,7 @@ impl Models {
                 };
                 program.evaluate(&request.x, request.want_gradient, cancel)
             }
-            Some(Model::FeCascade(_) | Model::FeDirect(_)) => {
-                timed(|| evaluate(study, request, &mut Watch(cancel)))
-            }
+            Some(_) => timed(|| evaluate(study, request, &mut Watch(cancel))),
             None => not_converged(format!("the study has no step {}", request.step)),
         }
     }

@@ -2,29 +2,37 @@
 
 use super::analysis::{Analysis, Wanted, analyse};
 use super::contact::contact_of_study;
+use super::layout_step::evaluate_layout;
 use super::limits::Extremum;
 use super::measure::{PlacedProbe, by_place, tip_displacements};
 use super::notes;
+use super::reduced_step::evaluate_reduced;
 use super::scene::{goal_gradient, mesh_actuator, overlap_report, placed_goal, probe_points};
 use crate::adjoint::NodeGradient;
 use crate::equilibrium::{LimitKind, NotConverged, Observer, PathEnd, Settings};
-use crate::geometry::{Actuator, MeshPlan, design_gradient};
+use crate::geometry::{Actuator, Layout, MeshPlan, design_gradient};
 use crate::mesh::MappedMesh;
 use crate::objective::enclosed_area;
 use crate::scene::{Body, Bound, Goal, Measure, Orientation, Scene};
-use crate::study::spec::StepConstraints;
+use crate::study::spec::{Model, StepConstraints};
 use crate::study::{
     EvaluationReport, EvaluationRequest, LossReport, Outcome, OutcomeStatus, StateReport, Study,
     StudyError,
 };
 
-/// Evaluates a finite-element step at a design. The caller, who has a clock, fills in the seconds.
+/// Evaluates a step at a design; programs are not ours to run. The caller, who has a clock, fills in the seconds.
 pub fn evaluate(
     study: &Study,
     request: &EvaluationRequest,
     observer: &mut dyn Observer,
 ) -> Outcome {
-    match attempt(study, request, observer) {
+    let study = &*study.given(request.step, &request.given);
+    let outcome = match study.steps.get(request.step).map(|step| &step.model) {
+        Some(Model::LinearTransform(_)) => evaluate_reduced(study, request),
+        Some(Model::FeLayouts(_)) => evaluate_layout(study, request, observer),
+        _ => attempt(study, request, observer),
+    };
+    match outcome {
         Ok(outcome) => outcome,
         Err(reason) => Outcome::without_values(OutcomeStatus::InvalidResult {
             reason: reason.to_string(),
@@ -217,6 +225,9 @@ fn attempt(
         Err(reason) => return infeasible(reason.to_string()),
     };
     let mut report = report(&goal, &limits.bounds, &analysis);
+    if let Some(body) = study.body_of(step)? {
+        in_channels(&mut report, body.actuator.layout);
+    }
     report.notes = notes::of_ranges(&scene.body, &chain.materials, &analysis.states);
     let mut outcome = Outcome::without_values(status(&analysis, &limits, request.want_gradient));
     if outcome.status == OutcomeStatus::Ok {
@@ -398,6 +409,7 @@ fn report(
                 max_stretch: s.max_stretch,
             })
             .collect(),
+        transforms: Vec::new(),
         walls_overlap: overlap_report(&analysis.states),
         max_stretch: analysis
             .states
@@ -434,11 +446,24 @@ fn report(
     }
 }
 
+/// Pressures of the schedule's channels in place of those of the chambers.
+fn in_channels(report: &mut EvaluationReport, layout: Layout) {
+    let states = report.path.iter_mut().map(|s| &mut s.pressure_kpa);
+    let loss = report.loss_of_uniqueness.as_mut();
+    let overlap = report.walls_overlap.as_mut();
+    for pressure in states
+        .chain(loss.map(|l| &mut l.pressure_kpa))
+        .chain(overlap.map(|o| &mut o.pressure_kpa))
+    {
+        *pressure = layout.pressure_of_channels(pressure);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::equilibrium::Unobserved;
-    use crate::study::{begin, read_study};
+    use crate::study::{StepInputs, begin, read_study};
 
     #[test]
     fn a_sweep_counts_the_better_sense_of_one_analysis() {
@@ -456,7 +481,11 @@ mod tests {
             }],
         });
         let study = read_study(&document, false).unwrap();
-        let (_, asks) = begin(&study, &study.restarts(0).unwrap()[0]).unwrap();
+        let (_, asks) = begin(
+            &study,
+            &study.restarts(0, &StepInputs::default()).unwrap()[0],
+        )
+        .unwrap();
         let [open] = &asks[..] else {
             panic!("{} points", asks.len())
         };

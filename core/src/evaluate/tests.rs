@@ -3,10 +3,13 @@ mod ask;
 mod companions;
 mod contact;
 mod direct;
+mod layouts;
 mod margin;
 mod measures;
 mod mesh_export;
 mod numerical_error;
+mod reduction;
+mod steps;
 
 use std::path::Path;
 

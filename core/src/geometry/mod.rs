@@ -2,6 +2,7 @@
 
 mod block_map;
 mod cascade;
+mod chamber_layout;
 mod design;
 mod dual;
 mod obstacle;
@@ -14,9 +15,8 @@ pub mod validity;
 
 pub use block_map::BlockMap;
 pub use cascade::cascade;
-pub use design::{
-    StackedPair, VARIABLES_PER_UNIT, design_gradient, design_of_units, units_of_design,
-};
+pub use chamber_layout::{Layout, LayoutBoxes};
+pub use design::{design_gradient, design_of_units, units_of_design};
 pub use obstacle::{Obstacle, Outline, Side};
 pub use plan::{ChamberPlan, MeshPlan, PlanElement, Station, Strip, UnitPlan};
 pub use rounding::Rounded;

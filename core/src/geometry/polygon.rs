@@ -32,6 +32,17 @@ pub fn signed_area(corners: &[Point]) -> f64 {
         .sum()
 }
 
+/// Derivatives of [`signed_area`] with respect to the corners.
+pub fn signed_area_gradient(corners: &[Point]) -> Vec<Point> {
+    let n = corners.len();
+    (0..n)
+        .map(|i| {
+            let (before, after) = (corners[(i + n - 1) % n], corners[(i + 1) % n]);
+            [0.5 * (after[1] - before[1]), 0.5 * (before[0] - after[0])]
+        })
+        .collect()
+}
+
 /// Centroid of the enclosed area; the mean of the corners where that area is zero.
 pub fn centroid(corners: &[Point]) -> Point {
     let n = corners.len() as f64;

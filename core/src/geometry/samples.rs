@@ -1,8 +1,8 @@
-//! Random stacked pairs in strata, for whatever must hold for any accepted design: those that keep g1 (no spike) and g2
+//! Random units in strata, for whatever must hold for any accepted design: those that keep g1 (no spike) and g2
 //! (no thin wall). A seed and an index name a design for ever, on every machine, and designs may be drawn in any order.
 
 use super::validity::Validity;
-use super::{Point, StackedPair, VARIABLES_PER_UNIT, cascade, polygon, units_of_design};
+use super::{LayoutBoxes, Point, cascade, polygon, units_of_design};
 use crate::random::{SplitMix64, start_seed};
 
 /// How far from its outer bounds a corner lies that is near them, mm.
@@ -30,26 +30,26 @@ impl Stratum {
     /// All strata.
     pub const ALL: [Self; 3] = [Self::Uniform, Self::NearOuterEdges, Self::NearBounds];
 
-    /// The accepted design of a seed and an index: 16 coordinates, mm.
-    pub fn design(self, pair: &StackedPair, seed: u64, index: usize) -> Vec<f64> {
+    /// The accepted design of a seed and an index: its coordinates, mm.
+    pub fn design(self, boxes: &LayoutBoxes, seed: u64, index: usize) -> Vec<f64> {
         let mut stream = SplitMix64::new(start_seed(seed, index));
         loop {
-            let x = self.draw(pair, &mut stream);
-            if is_accepted(pair, &x) {
+            let x = self.draw(boxes, &mut stream);
+            if is_accepted(boxes, &x) {
                 return x;
             }
         }
     }
 
     /// One draw, accepted or not.
-    fn draw(self, pair: &StackedPair, stream: &mut SplitMix64) -> Vec<f64> {
-        let [lower, upper] = pair.bounds();
+    fn draw(self, boxes: &LayoutBoxes, stream: &mut SplitMix64) -> Vec<f64> {
+        let [lower, upper] = boxes.bounds();
         let within = |k: usize, t: f64| (lower[k] + (upper[k] - lower[k]) * t).min(upper[k]);
         match self {
-            Self::Uniform => (0..VARIABLES_PER_UNIT)
+            Self::Uniform => (0..boxes.variables())
                 .map(|k| within(k, stream.next_unit()))
                 .collect(),
-            Self::NearBounds => (0..VARIABLES_PER_UNIT)
+            Self::NearBounds => (0..boxes.variables())
                 .map(|k| {
                     let high = stream.next_unit() < 0.5;
                     let t = PART * stream.next_unit();
@@ -57,8 +57,8 @@ impl Stratum {
                 })
                 .collect(),
             Self::NearOuterEdges => {
-                let mut x = vec![0.0; VARIABLES_PER_UNIT];
-                for (chamber, [low, high]) in pair.domains().into_iter().enumerate() {
+                let mut x = vec![0.0; boxes.variables()];
+                for (chamber, [low, high]) in boxes.domains().into_iter().enumerate() {
                     let all = 8 * chamber..8 * chamber + 8;
                     loop {
                         for k in all.clone().step_by(2) {
@@ -90,11 +90,11 @@ impl Stratum {
     }
 }
 
-/// Whether a design vector of one stacked pair keeps g1 and g2.
-pub fn is_accepted(pair: &StackedPair, x: &[f64]) -> bool {
-    units_of_design(x).is_some_and(|units| {
-        let actuator = cascade(&units[0], pair.unit_mm, 1);
-        let validity = Validity::of(&actuator, pair.wall_mm);
+/// Whether a design vector of one unit keeps g1 and g2.
+pub fn is_accepted(boxes: &LayoutBoxes, x: &[f64]) -> bool {
+    units_of_design(x, boxes.variables()).is_some_and(|units| {
+        let actuator = cascade(&units[0], boxes.unit_mm, 1);
+        let validity = Validity::of(&actuator, boxes.wall_mm);
         // Walls at the bound exactly are accepted whatever the last bit says.
         validity.g1() <= 0.0 && validity.g2() <= 1e-12
     })
@@ -104,7 +104,7 @@ pub fn is_accepted(pair: &StackedPair, x: &[f64]) -> bool {
 mod tests {
     use super::*;
 
-    const PAIR: StackedPair = StackedPair::PAPER;
+    const PAIR: LayoutBoxes = LayoutBoxes::PAPER;
 
     #[test]
     fn strata_lie_where_they_say() {
@@ -123,12 +123,12 @@ mod tests {
                 near_edge += (0..8)
                     .filter(|c| {
                         (2 * c..2 * c + 2).all(|k| {
-                            let inner = StackedPair::PAPER.common_start()[k];
+                            let inner = LayoutBoxes::PAPER.common_start()[k];
                             (x[k] - inner).abs() >= range(k) - 3.0
                         })
                     })
                     .count();
-                for chamber in &units_of_design(&x).unwrap()[0].chambers_mm {
+                for chamber in &units_of_design(&x, 16).unwrap()[0].chambers_mm {
                     let [low, high] = polygon::bounding_box(chamber);
                     assert!(stratum != Stratum::NearOuterEdges || high[1] - low[1] >= 33.0);
                     let turns = (0..4).all(|k| {

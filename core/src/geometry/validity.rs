@@ -262,7 +262,7 @@ mod tests {
     use crate::geometry::{cascade, design_of_units, units_of_design};
 
     fn actuator(x: &[f64]) -> Actuator {
-        cascade(&units_of_design(x).unwrap()[0], [80.0, 80.0], 3)
+        cascade(&units_of_design(x, 16).unwrap()[0], [80.0, 80.0], 3)
     }
 
     const SLANTED: [f64; 16] = [

@@ -1,5 +1,7 @@
 //! The area that the tip encloses (Eq. 3 of the paper), counter-clockwise positive.
 
+use crate::geometry::polygon::signed_area_gradient;
+
 /// A = 1/2 sum (y_i + y_{i+1}) (x_i - x_{i+1}) over the closed polygon, mm^2.
 pub fn area(points: &[[f64; 2]]) -> f64 {
     let n = points.len();
@@ -13,13 +15,7 @@ pub fn area(points: &[[f64; 2]]) -> f64 {
 
 /// dA / d point.
 pub fn gradient(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let n = points.len();
-    (0..n)
-        .map(|i| {
-            let (before, after) = (points[(i + n - 1) % n], points[(i + 1) % n]);
-            [0.5 * (after[1] - before[1]), 0.5 * (before[0] - after[0])]
-        })
-        .collect()
+    signed_area_gradient(points)
 }
 
 /// What the polygon of `steps` states a leg misses of a smooth path: through each three consecutive states of a leg a

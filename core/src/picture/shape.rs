@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use super::axis::round_below;
+use super::panel::scale_bar;
 use super::svg::{Anchor, Svg, pair, polyline};
 use super::text;
 use crate::geometry::Point;
@@ -216,25 +216,6 @@ fn extent<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> ([f64; 2], [f64; 2]
     } else {
         (low, high)
     }
-}
-
-/// A bar of a round length, at most `longest` px.
-fn scale_bar(svg: &mut Svg, at: [f64; 2], scale: f64, longest: f64) {
-    let length = round_below(longest / scale);
-    let end = [at[0] + length * scale, at[1]];
-    let dark = "stroke=\"#222222\" stroke-width=\"1.6\" fill=\"none\"";
-    svg.line(at, end, dark);
-    for x in [at[0], end[0]] {
-        svg.line([x, at[1] - 4.0], [x, at[1] + 4.0], dark);
-    }
-    let label = format!("{length} mm");
-    svg.text(
-        [end[0] + 8.0, at[1] + 4.5],
-        13.0,
-        Anchor::Start,
-        "fill=\"#222222\"",
-        &label,
-    );
 }
 
 /// Appends the rest of an edge after its first point: a line, or the parabola through the mid-side node.

@@ -1,13 +1,15 @@
 //! Design vectors of a study: bounds and names, the actuator and the scene of a design, its geometric constraints.
 
+use std::borrow::Cow;
+
 use super::error::StudyError;
 use super::read::Bounds;
 use super::spec::{
-    AccuracyDesign, FeModel, Layout, Parametrisation, StepConstraints, Study, StudyActuator,
-    StudyBody, StudyStep, Variables,
+    AccuracyDesign, FeModel, Parametrisation, StepConstraints, Study, StudyActuator, StudyBody,
+    StudyStep, Variables,
 };
 use crate::fault::Faults;
-use crate::geometry::{Actuator, Point, StackedPair, VARIABLES_PER_UNIT, cascade, units_of_design};
+use crate::geometry::{Actuator, LayoutBoxes, Point, cascade, units_of_design};
 use crate::scene::measure::{Bound, Goal, Measure};
 use crate::scene::{ActuatorBody, Body, MeshRequest, Orientation, Probe, Scene};
 
@@ -27,13 +29,12 @@ pub struct DesignVariables {
 
 impl StudyActuator {
     /// The boxes of its chambers.
-    pub fn boxes(&self) -> StackedPair {
-        match self.layout {
-            Layout::StackedPair => StackedPair {
-                unit_mm: self.unit_mm,
-                wall_mm: self.wall_mm,
-                clearance_mm: self.centre_clearance_mm,
-            },
+    pub fn boxes(&self) -> LayoutBoxes {
+        LayoutBoxes {
+            layout: self.layout,
+            unit_mm: self.unit_mm,
+            wall_mm: self.wall_mm,
+            clearance_mm: self.centre_clearance_mm,
         }
     }
 }
@@ -60,8 +61,8 @@ impl Variables {
 }
 
 /// `x1`, `y1`, ...; with several free units `unit1.x1`, ...
-fn corner_names(units: usize) -> Vec<String> {
-    let of_unit = || (1..=VARIABLES_PER_UNIT / 2).flat_map(|k| [format!("x{k}"), format!("y{k}")]);
+fn corner_names(units: usize, variables_per_unit: usize) -> Vec<String> {
+    let of_unit = || (1..=variables_per_unit / 2).flat_map(|k| [format!("x{k}"), format!("y{k}")]);
     if units == 1 {
         return of_unit().collect();
     }
@@ -82,14 +83,18 @@ impl Study {
     /// Bounds and names of a step's variables.
     pub fn variables(&self, step: usize) -> Result<DesignVariables, StudyError> {
         let s = self.step(step)?;
+        let body = self.body_of(step)?;
         let (lower, upper) = s
             .variables
-            .bounds(self.body.as_ref(), s.model.is_direct())
+            .bounds(body.as_deref(), s.model.is_direct())
             .ok_or(StudyError::NoChambers { step })?;
         let names = match s.variables {
             Variables::Bounds { .. } => (1..=lower.len()).map(|k| format!("x{k}")).collect(),
             Variables::Chambers { parametrisation } => match parametrisation {
-                Parametrisation::Corners => corner_names(lower.len() / VARIABLES_PER_UNIT),
+                Parametrisation::Corners => {
+                    let units = self.free_units(step)?;
+                    corner_names(units, lower.len() / units)
+                }
                 Parametrisation::Rectangle => vec!["width".into(), "height".into()],
             },
         };
@@ -100,13 +105,34 @@ impl Study {
         })
     }
 
+    /// The shared part as a step has it: with its own number of units, with the layout that it was given. `None` where every
+    /// step is a program.
+    ///
+    /// # Errors
+    /// Where the study has no such step.
+    pub fn body_of(&self, step: usize) -> Result<Option<Cow<'_, StudyBody>>, StudyError> {
+        let s = self.step(step)?;
+        let Some(body) = &self.body else {
+            return Ok(None);
+        };
+        let units = s.model.units().unwrap_or(body.actuator.units);
+        let layout = s.given.layout.unwrap_or(body.actuator.layout);
+        if (units, layout) == (body.actuator.units, body.actuator.layout) {
+            return Ok(Some(Cow::Borrowed(body)));
+        }
+        let mut body = body.clone();
+        body.actuator.units = units;
+        body.actuator.layout = layout;
+        Ok(Some(Cow::Owned(body)))
+    }
+
     /// The shared part and the settings of a finite-element step.
     pub(super) fn chambers(
         &self,
         step: usize,
-    ) -> Result<(&StudyBody, &StudyStep, &FeModel), StudyError> {
+    ) -> Result<(Cow<'_, StudyBody>, &StudyStep, &FeModel), StudyError> {
         let s = self.step(step)?;
-        match (&self.body, s.model.finite_elements()) {
+        match (self.body_of(step)?, s.model.finite_elements()) {
             (Some(body), Some(model)) => Ok((body, s, model)),
             _ => Err(StudyError::NoChambers { step }),
         }
@@ -122,7 +148,7 @@ impl Study {
         })
     }
 
-    /// Chamber corners `[x1, y1, ..., x8, y8]` of a design, of each free unit.
+    /// Chamber corners `[x1, y1, ...]` of a design, of each free unit.
     pub fn corners(&self, step: usize, x: &[f64]) -> Result<Vec<f64>, StudyError> {
         let (body, parametrisation) = self.parametrisation(step)?;
         let wrong = |expected: usize| StudyError::Length {
@@ -136,7 +162,7 @@ impl Study {
             }
             (Parametrisation::Rectangle, _) => Err(wrong(2)),
             (Parametrisation::Corners, x) => {
-                let expected = VARIABLES_PER_UNIT * self.free_units(step)?;
+                let expected = body.actuator.boxes().variables() * self.free_units(step)?;
                 if x.len() == expected {
                     Ok(x.to_vec())
                 } else {
@@ -146,7 +172,10 @@ impl Study {
         }
     }
 
-    fn parametrisation(&self, step: usize) -> Result<(&StudyBody, Parametrisation), StudyError> {
+    fn parametrisation(
+        &self,
+        step: usize,
+    ) -> Result<(Cow<'_, StudyBody>, Parametrisation), StudyError> {
         let (body, s, _) = self.chambers(step)?;
         match s.variables {
             Variables::Chambers { parametrisation } => Ok((body, parametrisation)),
@@ -160,7 +189,8 @@ impl Study {
         let (body, s, _) = self.chambers(step)?;
         let unit_mm = body.actuator.unit_mm;
         let corner_radius_mm = body.actuator.corner_radius_mm;
-        let units = units_of_design(&corners).unwrap_or_default();
+        let variables_per_unit = body.actuator.boxes().variables();
+        let units = units_of_design(&corners, variables_per_unit).unwrap_or_default();
         if s.model.is_direct() {
             return Ok(Actuator {
                 unit_mm,
@@ -208,7 +238,8 @@ impl Study {
         Ok(points.into_iter().enumerate().map(probe).collect())
     }
 
-    /// The scene that one evaluation solves.
+    /// The scene that one evaluation solves. Its chamber i is driven by channel i, as in every scene, so that its schedule has
+    /// one pressure per chamber.
     pub fn scene(
         &self,
         step: usize,
@@ -239,7 +270,7 @@ impl Study {
                 materials: body.material.laws(actuator.units.len()),
                 actuator,
             }),
-            actuation: body.actuation.clone(),
+            actuation: body.actuator.layout.schedule(&body.actuation),
             mesh: MeshRequest {
                 element: model.element,
                 max_size_mm: model.max_size_mm,
@@ -269,14 +300,14 @@ impl Study {
                 found: corner_gradient.len(),
             });
         }
-        let (_, parametrisation) = self.parametrisation(step)?;
+        let (body, parametrisation) = self.parametrisation(step)?;
         Ok(match parametrisation {
             Parametrisation::Corners => corner_gradient.to_vec(),
             Parametrisation::Rectangle => {
                 let mut gradient = vec![0.0; 2];
                 for (g, row) in corner_gradient
                     .iter()
-                    .zip(StackedPair::rectangle_jacobian())
+                    .zip(body.actuator.boxes().rectangle_jacobian())
                 {
                     gradient[0] += g * row[0];
                     gradient[1] += g * row[1];
@@ -298,10 +329,14 @@ impl Study {
             } => Ok(inequalities + equalities),
             StepConstraints::Chambers(constraints) => {
                 let (body, _, _) = self.chambers(step)?;
-                let corners = body.actuator.boxes().common_start().len() / 2;
+                let boxes = body.actuator.boxes();
+                let corners = boxes.variables() / 2;
                 let stretch = body.stretch_limit(constraints).map_or(0, |_| corners);
                 let margin = constraints.load_margin.number().map_or(0, |_| stretch);
-                let gaps = constraints.wall_gap_mm.number().map_or(0, |_| 2);
+                let gaps = constraints
+                    .wall_gap_mm
+                    .number()
+                    .map_or(0, |_| boxes.chambers());
                 let bounds: usize = constraints.bounds.iter().map(Bound::rows).sum();
                 Ok(self.geometric_rows(step)? + stretch + margin + gaps + bounds)
             }

@@ -83,20 +83,24 @@ impl EvaluationRequest {
     /// Key of the result cache: equal for evaluations that give the same values. `build` names the solver's build and the
     /// instruction set. What a program answers is known to belong to its study alone.
     pub fn key(&self, study: &Study, build: &str) -> Result<String, StudyError> {
+        let study = &*study.given(self.step, &self.given);
         let step = study.step(self.step)?;
         let mut hash = Sha256::new();
         text(&mut hash, "salp evaluation 1");
         text(&mut hash, build);
-        match &step.model {
-            Model::Command(_) => text(&mut hash, &study.fingerprint()),
-            Model::FeCascade(_) | Model::FeDirect(_) => {
-                text(&mut hash, &json(&study.body));
-                text(&mut hash, &json(&step.target));
-                text(&mut hash, &json(&step.variables));
-                text(&mut hash, &json(&step.constraints));
-            }
+        if let Model::Command(_) = &step.model {
+            text(&mut hash, &study.fingerprint());
+        } else {
+            text(&mut hash, &json(&study.body_of(self.step)?));
+            text(&mut hash, &json(&step.target));
+            text(&mut hash, &json(&step.variables));
+            text(&mut hash, &json(&step.constraints));
         }
-        text(&mut hash, &json(&step.model));
+        // The number of units is that of the body: it does not matter where the document says it.
+        text(&mut hash, &json(&step.model.without_units()));
+        if !self.given.behaviour.is_empty() {
+            text(&mut hash, &json(&self.given.behaviour));
+        }
         text(&mut hash, &json(&self.orientation));
         bits(&mut hash, &self.x);
         bits(&mut hash, self.plan_base.as_deref().unwrap_or(&[]));

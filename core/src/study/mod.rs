@@ -13,6 +13,8 @@ mod rows;
 mod schema;
 pub mod spec;
 mod start;
+pub mod surrogate;
+pub mod takes;
 #[cfg(test)]
 mod tests;
 mod told;
@@ -31,3 +33,4 @@ pub use result::{
 pub use schema::{SCHEMA, schema};
 pub use spec::Study;
 pub use start::RestartSpec;
+pub use takes::{Given, StepInputs};

@@ -22,6 +22,9 @@ use super::start::RestartSpec;
 use crate::optimiser::{self, Ask, OptimiserOptions, OptimiserState, Point, StopReason, Told};
 use crate::scene::Orientation;
 
+/// Points of a sweep that are kept for each candidate of its step: near ones count as one candidate later.
+const KEPT_PER_CANDIDATE: usize = 8;
+
 /// A restart between two batches of evaluations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RestartState {
@@ -40,6 +43,10 @@ pub struct RestartState {
     pub replans: usize,
     /// The best design that counts: within the violation tolerance, without overlapping walls, stable.
     pub best: Option<BestPoint>,
+    /// Designs that count and that a sweep may hand on, the best first; at most as many as its step keeps. Empty of an
+    /// optimiser, which leads to one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kept: Vec<BestPoint>,
     /// The best design within the violation tolerance, overlapping walls and unstable branches included.
     pub best_with_overlap: Option<BestPoint>,
     /// Why it ended.
@@ -119,12 +126,21 @@ pub fn begin(
     study: &Study,
     spec: &RestartSpec,
 ) -> Result<(RestartState, Vec<EvaluationRequest>), StudyError> {
+    let study = &*study.given(spec.step, &spec.given);
     let step = study.step(spec.step)?;
     let problem = study.problem(spec.step)?;
-    let (optimiser, asks) = optimiser::start(step.optimiser.clone(), problem, spec.x0.clone())
-        .map_err(|source| StudyError::Start {
-            step: spec.step,
-            source,
+    let mut options = step.optimiser.clone();
+    if let OptimiserOptions::Sweep(sweep) = &mut options
+        && !spec.points.is_empty()
+    {
+        sweep.points.clone_from(&spec.points);
+    }
+    let (optimiser, asks) =
+        optimiser::start(options, problem, spec.x0.clone()).map_err(|source| {
+            StudyError::Start {
+                step: spec.step,
+                source,
+            }
         })?;
     let has_base = step.model.finite_elements().is_some()
         && !matches!(step.optimiser, OptimiserOptions::Sweep(_));
@@ -137,6 +153,7 @@ pub fn begin(
         evaluations: 0,
         replans: 0,
         best: None,
+        kept: Vec::new(),
         best_with_overlap: None,
         stop: None,
         history_sha256: empty_history(),
@@ -156,6 +173,7 @@ pub fn step(
     outcomes: &[Outcome],
 ) -> Result<RestartStep, StudyError> {
     let mut state = state.clone();
+    let study = &*study.given(state.spec.step, &state.spec.given);
     if state.stop.is_none() {
         let told = state.take(study, outcomes)?;
         state.advance(study, &told)?;
@@ -169,6 +187,14 @@ pub fn step(
 }
 
 impl RestartState {
+    /// The designs that count and that may be handed on.
+    pub fn candidates(&self) -> &[BestPoint] {
+        match (&self.kept[..], &self.best) {
+            ([], Some(best)) => std::slice::from_ref(best),
+            (kept, _) => kept,
+        }
+    }
+
     /// The optimiser's best point, whether or not it counts as a candidate.
     pub fn final_point(&self) -> Option<&Point> {
         self.optimiser.best()
@@ -177,7 +203,10 @@ impl RestartState {
     /// Books the outcomes: history, counts, best so far.
     fn take(&mut self, study: &Study, outcomes: &[Outcome]) -> Result<Vec<Told>, StudyError> {
         let problem = study.problem(self.spec.step)?;
-        let tolerance = study.step(self.spec.step)?.optimiser.violation_tolerance();
+        let step = study.step(self.spec.step)?;
+        let tolerance = step.optimiser.violation_tolerance();
+        let sweeps = matches!(step.optimiser, OptimiserOptions::Sweep(_));
+        let keeps = KEPT_PER_CANDIDATE * step.keeps;
         let lost = Outcome::without_values(OutcomeStatus::Lost);
         let pending = std::mem::take(&mut self.pending);
         let mut told = Vec::with_capacity(pending.len());
@@ -204,6 +233,9 @@ impl RestartState {
                     constraints: outcome.constraints.clone(),
                 };
                 if !point.walls_overlap && !outcome.is_unstable() {
+                    if sweeps {
+                        insert(&mut self.kept, &point, keeps);
+                    }
                     keep_better(&mut self.best, &point);
                 }
                 keep_better(&mut self.best_with_overlap, &point);
@@ -293,6 +325,7 @@ impl RestartState {
             want_gradient: ask.want_gradient,
             orientation: self.spec.orientation,
             second_mesh: false,
+            given: self.spec.given.clone(),
         };
         Ok(asks.into_iter().map(request).collect())
     }
@@ -307,6 +340,15 @@ impl RestartStop {
             .and_then(serde_json::Value::as_str)
             .unwrap_or_default()
             .to_string()
+    }
+}
+
+/// Inserts a point into a list by its objective, which keeps its `most` best; the earlier one first among equals.
+fn insert(kept: &mut Vec<BestPoint>, point: &BestPoint, most: usize) {
+    let place = kept.partition_point(|other| other.objective <= point.objective);
+    if place < most {
+        kept.insert(place, point.clone());
+        kept.truncate(most);
     }
 }
 

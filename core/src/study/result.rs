@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::takes::Given;
 use crate::optimiser::AskKind;
+use crate::reduced::LinearTransform;
 use crate::scene::Orientation;
 
 /// One evaluation: the unit of work that a worker pulls.
@@ -26,6 +28,9 @@ pub struct EvaluationRequest {
     /// evaluation whose band it is.
     #[serde(default, skip_serializing_if = "is_false")]
     pub second_mesh: bool,
+    /// What the step was given by others.
+    #[serde(default, skip_serializing_if = "Given::is_empty")]
+    pub given: Given,
 }
 
 #[expect(
@@ -141,6 +146,9 @@ pub struct EvaluationReport {
     pub loss_of_uniqueness: Option<LossReport>,
     /// Largest number of negative pivots over the path.
     pub negative_pivots: usize,
+    /// Transformations of the unit at the loaded rows of the schedule, where those were asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub transforms: Vec<LinearTransform>,
     /// Number of elements.
     pub elements: usize,
     /// Free displacement unknowns.

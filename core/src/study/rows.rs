@@ -20,8 +20,8 @@ impl Study {
         };
         let (body, ..) = self.chambers(step)?;
         let mut names = self.geometry_names(step)?;
-        let one = body.actuator.boxes().common_start();
-        let corners = one.len() / 2;
+        let boxes = body.actuator.boxes();
+        let corners = boxes.variables() / 2;
         if body.stretch_limit(constraints).is_some() {
             let name = |k| format!("stretch: chamber {}, corner {}", k / 4 + 1, k % 4 + 1);
             names.extend((0..corners).map(name));
@@ -31,7 +31,9 @@ impl Study {
             }
         }
         if constraints.wall_gap_mm.number().is_some() {
-            names.extend((1..=2).map(|k| format!("gap of facing walls: chamber {k}")));
+            names.extend(
+                (1..=boxes.chambers()).map(|k| format!("gap of facing walls: chamber {k}")),
+            );
         }
         for bound in &constraints.bounds {
             let end = |at_least: Option<f64>, at_most: Option<f64>| {

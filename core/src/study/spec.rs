@@ -7,10 +7,12 @@ use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use super::result::is_false;
+use super::takes::{Given, Pass, Simplification, Take};
 use crate::actuation::ActuationCycle;
-use crate::geometry::Point;
+use crate::geometry::{Layout, Point};
 use crate::material::{MaterialLaw, records};
 use crate::optimiser::OptimiserOptions;
+use crate::reduced::LinearTransform;
 use crate::scene::measure::{Bound, Goal, Measure};
 use crate::scene::{ContactMode, ElementChoice, Orientation, material_document};
 
@@ -63,14 +65,6 @@ pub struct StudyActuator {
     pub corner_radius_mm: f64,
 }
 
-/// Which chambers a unit holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Layout {
-    /// Two quadrilaterals, the lower one driven by channel 0 and the upper one by channel 1.
-    StackedPair,
-}
-
 /// What the units are made of.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum StudyMaterials {
@@ -98,6 +92,18 @@ pub struct StudyStep {
     pub id: String,
     /// Level of the framework, from 1 (the whole actuator) upwards (simpler models).
     pub level: usize,
+    /// Pass of the framework.
+    #[serde(skip_serializing_if = "is_backward")]
+    pub pass: Pass,
+    /// By what it stands for the level above it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub simplifies: Vec<Simplification>,
+    /// What it takes from other steps.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub takes: Vec<Take>,
+    /// What it was given by them; empty in a document.
+    #[serde(skip)]
+    pub given: Given,
     /// What is minimised; `None` for a command model, which gives its objective itself.
     pub target: Option<Target>,
     /// What evaluates a design.
@@ -135,13 +141,57 @@ pub enum Model {
     FeCascade(FeModel),
     /// Finite elements on a chain whose units are all free.
     FeDirect(FeModel),
+    /// Finite elements on one unit of each of several chamber layouts.
+    FeLayouts(FeLayoutsModel),
+    /// The reduced model of a chain: a transformation of a unit per actuation (Eq. 1).
+    LinearTransform(LinearTransformModel),
     /// A program.
     Command(CommandModel),
+}
+
+/// One unit of each of several chamber layouts, each with equal rectangles in its domains: how near do its transformations come
+/// to what is asked for?
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FeLayoutsModel {
+    /// The layouts on offer; the first variable is an index into them.
+    pub layouts: Vec<Layout>,
+    /// Transformations of a unit that are asked for, one per loaded row of the schedule; empty where another step gives them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub behaviour: Vec<LinearTransform>,
+    /// By what a unit is held against them.
+    pub score: LayoutScore,
+    /// Settings of the elements.
+    #[serde(flatten)]
+    pub fe: FeModel,
+}
+
+/// How near a unit comes to transformations that are asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LayoutScore {
+    /// What is missing of the area that a cascade of them encloses, 1 - |A| / |A asked|.
+    #[default]
+    Area,
+    /// The distance of the entries over that of the asked ones from rest.
+    Distance,
+}
+
+/// The reduced model of a chain of equal units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct LinearTransformModel {
+    /// Number of units; `None`: that of the actuator.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<usize>,
+    /// Number of actuations, each a transformation of a unit; the last one is followed by rest.
+    pub actuations: usize,
 }
 
 /// Settings of a finite-element model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FeModel {
+    /// Number of units; `None`: that of the actuator.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<usize>,
     /// Element family.
     pub element: ElementChoice,
     /// No element edge longer than this; `None`: the size rule for 1 % of the tip displacement.
@@ -226,7 +276,7 @@ pub enum Variables {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Parametrisation {
-    /// `[x1, y1, ..., x8, y8]` (Eq. 2): the corners themselves, lower chamber first; with free units one such list after
+    /// `[x1, y1, ..., x8, y8]` (Eq. 2): the corners themselves, chamber after chamber; with free units one such list after
     /// the other, from the clamped end.
     Corners,
     /// `[width, height]`: two equal rectangles, each at its domain's centre.
@@ -324,6 +374,8 @@ pub enum StartKind {
     Paper,
     /// Points of the document.
     Given,
+    /// Candidates of other steps.
+    Taken,
     /// Points drawn uniformly from the bounds.
     Random,
 }
@@ -347,8 +399,30 @@ impl Model {
     pub fn finite_elements(&self) -> Option<&FeModel> {
         match self {
             Self::FeCascade(model) | Self::FeDirect(model) => Some(model),
+            Self::FeLayouts(_) | Self::LinearTransform(_) | Self::Command(_) => None,
+        }
+    }
+
+    /// Number of units where it is not the actuator's.
+    pub fn units(&self) -> Option<usize> {
+        match self {
+            Self::FeCascade(model) | Self::FeDirect(model) => model.units,
+            Self::FeLayouts(_) => Some(1),
+            Self::LinearTransform(model) => model.units,
             Self::Command(_) => None,
         }
+    }
+
+    /// The same without a number of units of its own.
+    #[must_use]
+    pub fn without_units(&self) -> Self {
+        let mut model = self.clone();
+        match &mut model {
+            Self::FeCascade(model) | Self::FeDirect(model) => model.units = None,
+            Self::LinearTransform(model) => model.units = None,
+            Self::FeLayouts(_) | Self::Command(_) => {}
+        }
+        model
     }
 
     /// Whether the variables describe every unit of the chain, rather than one for all.
@@ -478,6 +552,14 @@ fn actuation_as_document<S: Serializer>(
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     crate::scene::actuation::actuation_document(cycle).serialize(serializer)
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature that serde asks for"
+)]
+fn is_backward(pass: &Pass) -> bool {
+    *pass == Pass::Backward
 }
 
 #[expect(

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::StudyError;
 use super::spec::{Restarts, StartKind, Study, StudyStep};
+use super::takes::{Given, StepInputs, TakenAs};
 use crate::optimiser::OptimiserOptions;
 use crate::random::{SplitMix64, start_seed};
 use crate::scene::Orientation;
@@ -27,6 +28,22 @@ pub struct RestartSpec {
     pub x0: Vec<f64>,
     /// Sense of the enclosed area; `None` where the target has none, and where each point of a sweep has its own.
     pub orientation: Option<Orientation>,
+    /// What the step was given by others.
+    #[serde(default, skip_serializing_if = "Given::is_empty")]
+    pub given: Given,
+    /// The points of a sweep that takes them from others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<Vec<f64>>,
+}
+
+/// A start before its senses.
+#[derive(Clone)]
+struct Start {
+    kind: Option<StartKind>,
+    seed: u64,
+    x0: Vec<f64>,
+    /// The one sense in which it is known to run.
+    orientation: Option<Orientation>,
 }
 
 impl Restarts {
@@ -70,10 +87,17 @@ impl StudyStep {
                     StartKind::Paper => 1,
                     StartKind::Given => self.restarts.points.len(),
                     StartKind::Random => self.restarts.count,
+                    StartKind::Taken => self.most_taken(),
                 })
                 .sum(),
         };
         starts * self.senses().len()
+    }
+
+    /// Designs that it takes from others at most.
+    fn most_taken(&self) -> usize {
+        let designs = self.takes.iter().filter(|t| t.taken_as == TakenAs::Starts);
+        designs.map(|take| take.candidates.max(1)).product()
     }
 
     /// Evaluations that one restart may ask for; `None` without a budget.
@@ -86,36 +110,56 @@ impl StudyStep {
 impl Study {
     /// The restarts of a step, in the document's order; with `orientation = "either"` each start is followed by its twin
     /// of the other sense, except of a sweep.
-    pub fn restarts(&self, step: usize) -> Result<Vec<RestartSpec>, StudyError> {
-        let s = self.step(step)?;
+    pub fn restarts(
+        &self,
+        step: usize,
+        inputs: &StepInputs,
+    ) -> Result<Vec<RestartSpec>, StudyError> {
+        let study = self.given(step, &inputs.given);
+        let s = study.step(step)?;
         let mut starts = Vec::new();
+        let mut points = Vec::new();
         match &s.optimiser {
             OptimiserOptions::Sweep(options) => {
-                let first = options.points.first().cloned().unwrap_or_default();
-                starts.push((None, s.restarts.seed, first));
+                if options.points.is_empty() {
+                    points = inputs.designs.iter().map(|d| d.x.clone()).collect();
+                }
+                let first = options.points.first().or(points.first());
+                starts.push(Start {
+                    kind: None,
+                    seed: s.restarts.seed,
+                    x0: first.cloned().unwrap_or_default(),
+                    orientation: None,
+                });
             }
             OptimiserOptions::Mmfd(_) | OptimiserOptions::Gcmma(_) => {
                 for kind in &s.restarts.start {
-                    self.add_starts(step, s, *kind, &mut starts)?;
+                    study.add_starts(step, s, *kind, inputs, &mut starts)?;
                 }
             }
         }
         let senses = s.senses();
-        let twins = starts
-            .into_iter()
-            .flat_map(|start| senses.iter().map(move |sense| (start.clone(), *sense)));
+        let twins = starts.into_iter().flat_map(|start| {
+            let known = start.orientation.filter(|o| senses.contains(&Some(*o)));
+            let of_start = senses.iter().copied();
+            let of_start = of_start.filter(move |sense| known.is_none() || *sense == known);
+            let of_start: Vec<_> = of_start.collect();
+            of_start
+                .into_iter()
+                .map(move |sense| (start.clone(), sense))
+        });
         Ok(twins
             .enumerate()
-            .map(
-                |(index, ((start_kind, seed, x0), orientation))| RestartSpec {
-                    step,
-                    index,
-                    seed,
-                    start_kind,
-                    x0,
-                    orientation,
-                },
-            )
+            .map(|(index, (start, orientation))| RestartSpec {
+                step,
+                index,
+                seed: start.seed,
+                start_kind: start.kind,
+                x0: start.x0,
+                orientation,
+                given: inputs.given.clone(),
+                points: points.clone(),
+            })
             .collect())
     }
 
@@ -124,21 +168,33 @@ impl Study {
         step: usize,
         s: &StudyStep,
         kind: StartKind,
-        starts: &mut Vec<(Option<StartKind>, u64, Vec<f64>)>,
+        inputs: &StepInputs,
+        starts: &mut Vec<Start>,
     ) -> Result<(), StudyError> {
         let seed = s.restarts.seed;
+        let start = |seed: u64, x0: Vec<f64>| Start {
+            kind: Some(kind),
+            seed,
+            x0,
+            orientation: None,
+        };
         match kind {
-            StartKind::Paper => starts.push((Some(kind), seed, self.paper_start(step)?)),
+            StartKind::Paper => starts.push(start(seed, self.paper_start(step)?)),
             StartKind::Given => {
                 let given = s.restarts.points.iter();
-                starts.extend(given.map(|x| (Some(kind), seed, x.clone())));
+                starts.extend(given.map(|x| start(seed, x.clone())));
             }
             StartKind::Random => {
                 for k in 0..s.restarts.count {
                     let seed = start_seed(seed, k);
-                    starts.push((Some(kind), seed, self.random_start(step, seed)?));
+                    starts.push(start(seed, self.random_start(step, seed)?));
                 }
             }
+            // The sense that a candidate was found in is the one in which it counts.
+            StartKind::Taken => starts.extend(inputs.designs.iter().map(|design| Start {
+                orientation: design.orientation,
+                ..start(seed, design.x.clone())
+            })),
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 mod direct;
 mod documents;
+mod layouts;
 mod machine;
 mod replan;
 mod schema;

@@ -135,10 +135,17 @@ fn designs_have_their_thirds_and_are_read_from_ledgers() {
 
 #[test]
 fn random_designs_do_not_fold() {
-    use crate::geometry::samples::Stratum;
-    for stratum in Stratum::ALL {
-        let count = designs::mesh_designs(stratum, designs::SEED, 0..40);
-        assert_eq!((count.designs, count.folds), (40, 0), "{count:?}");
-        assert!(count.least_jacobian_mm2 > 0.0 && count.least_scaled_jacobian >= 0.05);
+    use crate::geometry::{Layout, samples::Stratum};
+    for (name, layout) in Layout::NAMES {
+        let n = if layout == Layout::StackedPair {
+            40
+        } else {
+            20
+        };
+        for stratum in Stratum::ALL {
+            let count = designs::mesh_designs(layout, stratum, designs::SEED, 0..n);
+            assert_eq!((count.designs, count.folds), (n, 0), "{name}: {count:?}");
+            assert!(count.least_jacobian_mm2 > 0.0 && count.least_scaled_jacobian >= 0.05);
+        }
     }
 }

@@ -15,7 +15,7 @@ use tracing::{info, warn};
 use crate::config::{ConfigError, ServerConfig, random_hex};
 use crate::machine::{MachineError, StudyMachine};
 use crate::store::{Command, Commanded, NewStudy, Store, StoreError, Submitted};
-use step::begin_step;
+use step::begin_first;
 
 /// Longest time for which a claim is held back, s.
 pub const LONGEST_WAIT_S: f64 = 20.0;
@@ -93,7 +93,7 @@ impl Coordinator {
         })
     }
 
-    /// Takes up what a crash left behind: results without their step, ended steps, cancellations.
+    /// Takes up what a crash left behind: results without their step, ended steps and those that wait for them, cancellations.
     pub async fn recover(self: &Arc<Self>) -> Result<(), StoreError> {
         if self.config.workers_end_with_it {
             self.store.release_all().await?;
@@ -105,8 +105,8 @@ impl Coordinator {
             );
             self.advance_in_background(restart);
         }
-        for (study, step) in self.store.ended_steps().await? {
-            self.follow_step_in_background(study, step);
+        for study in self.store.under_way().await? {
+            self.follow_in_background(study);
         }
         for study in self.store.cancelling().await? {
             self.settle_in_background(study);
@@ -159,7 +159,7 @@ impl Coordinator {
         self.machines.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Checks a study and stores it with the first asks of its first step.
+    /// Checks a study and stores it with the first asks of the steps that take nothing from others.
     pub async fn submit(
         &self,
         document: Value,
@@ -169,7 +169,7 @@ impl Coordinator {
         let machine = StudyMachine::read(&document, self.config.allow_commands)
             .map_err(CoordinatorError::Faults)?;
         let machine = Arc::new(machine);
-        let restarts = begin_step(&machine, 0).await?;
+        let begun = begin_first(&machine).await?;
         let id = StudyId(random_hex(6)?);
         let study = NewStudy {
             id: id.clone(),
@@ -180,7 +180,7 @@ impl Coordinator {
             mixed_hardware: machine.study().mixed_hardware,
             idempotency_key,
             body_sha256,
-            restarts,
+            begun,
         };
         Ok(match self.store.submit(study).await? {
             Submitted::Created => {

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use salp_core::study::EvaluationRequest;
-use salp_protocol::StudyId;
+use salp_core::hierarchy::{Due, Progress};
+use salp_core::study::{EvaluationRequest, StepInputs};
+use salp_protocol::{StepState, StudyId};
 use tracing::{Instrument, Span, error, field, info, info_span, warn};
 
 use super::{Coordinator, CoordinatorError};
 use crate::machine::{Advance, MachineError, StudyMachine};
-use crate::store::{Batch, NewAsk, NewRestart, NewStep, RestartId, Saved};
+use crate::store::{Batch, BegunStep, NewAsk, NewRestart, NewStep, RestartId, Saved};
 
 /// Longest pause between two tries while the store fails.
 const LONGEST_PAUSE: Duration = Duration::from_secs(10);
@@ -32,13 +33,13 @@ impl Coordinator {
         tokio::spawn(steps.instrument(span));
     }
 
-    /// Begins the next step or ends the study; tries again while the store fails.
-    pub(super) fn follow_step_in_background(self: &Arc<Self>, study: StudyId, step: usize) {
+    /// Goes on with the steps of a study; tries again while the store fails.
+    pub(super) fn follow_in_background(self: &Arc<Self>, study: StudyId) {
         let this = Arc::clone(self);
         tokio::spawn(async move {
             let mut pause = Duration::from_millis(100);
-            while let Err(failure) = this.follow_step(&study, step).await {
-                warn!(%study, step, %failure, "cannot go on after a step; trying again in {pause:?}");
+            while let Err(failure) = this.follow(&study).await {
+                warn!(%study, %failure, "cannot go on with the steps; trying again in {pause:?}");
                 if this.is_stopped_within(pause).await {
                     return;
                 }
@@ -90,7 +91,7 @@ impl Coordinator {
             };
             self.announce();
             if step_ended {
-                self.follow_step_in_background(study, step);
+                self.follow_in_background(study);
             }
         }
         Ok(())
@@ -122,23 +123,71 @@ impl Coordinator {
         Ok(asks)
     }
 
-    /// After the last restart of a step: begins the next one, or ends the study.
-    async fn follow_step(&self, study: &StudyId, step: usize) -> Result<(), CoordinatorError> {
-        let machine = self.machine(study).await?;
-        if step + 1 >= machine.steps().len() {
-            self.store.finish(study).await?;
+    /// Ends the steps whose restarts have all ended, begins those that have all that they take, gives up those that never
+    /// will, and ends the study after the last one. Done again it does nothing.
+    async fn follow(&self, study: &StudyId) -> Result<(), CoordinatorError> {
+        let machine = match self.machine(study).await {
+            Ok(machine) => machine,
+            // Of another build: nothing of it can move, and nobody is to try again and again.
+            Err(CoordinatorError::Unreadable { faults, .. }) => {
+                warn!(%study, faults = faults.0.len(), "a study of another build cannot be read");
+                return Ok(());
+            }
+            Err(failure) => return Err(failure),
+        };
+        loop {
+            match self.follow_once(study, &machine).await {
+                Ok(true) => self.announce(),
+                Ok(false) => break,
+                Err(CoordinatorError::Machine(broken)) => {
+                    error!(%study, failure = %broken, "a step broke");
+                    self.store.fail(study, &broken.to_string()).await?;
+                    break;
+                }
+                Err(failure) => return Err(failure),
+            }
+        }
+        self.store.finish(study).await?;
+        let stored = self.store.study(study).await?;
+        if stored.is_some_and(|stored| stored.state.is_final()) {
             self.kept().remove(study);
             info!(%study, "the last step ended");
-        } else {
-            match begin_step(&machine, step + 1).await {
-                Ok(restarts) => {
-                    self.store.begin_step(study, step + 1, restarts).await?;
-                }
-                Err(broken) => self.store.fail(study, &broken.to_string()).await?,
-            }
         }
         self.announce();
         Ok(())
+    }
+
+    /// One look at the steps; whether one of them moved.
+    async fn follow_once(
+        &self,
+        study: &StudyId,
+        machine: &Arc<StudyMachine>,
+    ) -> Result<bool, CoordinatorError> {
+        let mut moved = false;
+        let mut progress = Vec::new();
+        for mut step in self.store.steps(study).await? {
+            if step.state == StepState::Running
+                && let Some(restarts) = self.store.ended_restarts(study, step.step).await?
+            {
+                let result = machine.result(step.step, restarts)?;
+                if self.store.end_step(study, step.step, &result).await? {
+                    moved = true;
+                    step.state = StepState::Done;
+                    step.result = Some(result);
+                }
+            }
+            progress.push(machine.progress(&step)?);
+        }
+        for due in machine.due(&progress)? {
+            moved |= match due {
+                Due::Begin { step, inputs } => {
+                    let begun = begin(machine, step, inputs).await?;
+                    self.store.begin_step(study, begun).await?
+                }
+                Due::Block { step, reason } => self.store.block_step(study, step, &reason).await?,
+            };
+        }
+        Ok(moved)
     }
 }
 
@@ -161,14 +210,32 @@ fn new_asks(
         .collect()
 }
 
-/// The restarts of a step with their first asks.
-pub async fn begin_step(
+/// The steps that take nothing from others, with the first asks of their restarts.
+pub async fn begin_first(machine: &Arc<StudyMachine>) -> Result<Vec<BegunStep>, MachineError> {
+    let waiting = vec![Progress::Waiting; machine.steps().len()];
+    let mut begun = Vec::new();
+    for due in machine.due(&waiting)? {
+        if let Due::Begin { step, inputs } = due {
+            begun.push(begin(machine, step, inputs).await?);
+        }
+    }
+    Ok(begun)
+}
+
+/// A step that has all that it takes, with the first asks of its restarts.
+async fn begin(
     machine: &Arc<StudyMachine>,
     step: usize,
-) -> Result<Vec<NewRestart>, MachineError> {
+    inputs: StepInputs,
+) -> Result<BegunStep, MachineError> {
+    let stored = serde_json::to_value(&inputs).map_err(|e| MachineError {
+        step,
+        restart: 0,
+        reason: format!("store its inputs: {e}"),
+    })?;
     let worker = Arc::clone(machine);
-    let begun = tokio::task::spawn_blocking(move || worker.begin(step)).await;
-    begun
+    let advances = tokio::task::spawn_blocking(move || worker.begin(step, &inputs)).await;
+    let restarts = advances
         .unwrap_or_else(|panic| Err(broken(step, 0, &panic)))?
         .into_iter()
         .enumerate()
@@ -180,7 +247,12 @@ pub async fn begin_step(
                 asks: new_asks(machine, step, advance.asks)?,
             })
         })
-        .collect()
+        .collect::<Result<_, MachineError>>()?;
+    Ok(BegunStep {
+        step,
+        inputs: stored,
+        restarts,
+    })
 }
 
 async fn compute_step(machine: &Arc<StudyMachine>, batch: Batch) -> Result<Advance, MachineError> {

@@ -190,6 +190,7 @@ pub async fn find(coordinator: &Arc<Coordinator>, id: String) -> Result<StoredSt
 async fn view(coordinator: &Arc<Coordinator>, stored: StoredStudy) -> Result<StudyView, Refusal> {
     let counts = coordinator.store.counts(&stored.id).await?;
     let bests = coordinator.store.bests(&stored.id).await?;
+    let stored_steps = coordinator.store.steps(&stored.id).await?;
     let ids = match coordinator.machine(&stored.id).await {
         Ok(machine) => machine.steps(),
         // One study of another build must not hide all the others.
@@ -198,15 +199,20 @@ async fn view(coordinator: &Arc<Coordinator>, stored: StoredStudy) -> Result<Stu
     };
     let steps: Vec<StepView> = ids
         .into_iter()
-        .enumerate()
-        .map(|(index, id)| StepView {
-            id,
-            state: match index.cmp(&stored.step) {
-                std::cmp::Ordering::Less => StepState::Done,
-                std::cmp::Ordering::Equal => StepState::Running,
-                std::cmp::Ordering::Greater => StepState::Waiting,
-            },
-            best: best_of_step(&bests, index),
+        .zip(stored_steps)
+        .map(|(id, step)| {
+            let blocked = step.state == StepState::Blocked;
+            let reason = step.result.as_ref().filter(|_| blocked);
+            StepView {
+                id,
+                state: step.state,
+                reason: reason.and_then(|r| Some(r["reason"].as_str()?.to_owned())),
+                inputs: step.inputs,
+                result: step.result.filter(|_| !blocked),
+                began_ms: step.began_ms,
+                ended_ms: step.ended_ms,
+                best: best_of_step(&bests, step.step),
+            }
         })
         .collect();
     Ok(StudyView {

@@ -3,7 +3,8 @@
 //!
 //! | file | transactions |
 //! |---|---|
-//! | `submit` | a study, a later step, their restarts and asks |
+//! | `submit` | a study, the begin of a step, their restarts and asks |
+//! | `hierarchy` | the end of a step, a step that is given up |
 //! | `claim` | claim, renewal, release |
 //! | `report` | results |
 //! | `step` | the optimiser's steps, and what a crash left behind |
@@ -12,6 +13,7 @@
 
 mod claim;
 mod command;
+mod hierarchy;
 mod ledger;
 mod read;
 mod report;
@@ -30,9 +32,9 @@ use salp_protocol::{
     WorkerView,
 };
 use salp_server::store::{
-    AcceptedReport, Asked, Batch, ClaimAnswer, Command, Commanded, Held, KnownResult, NewRestart,
+    AcceptedReport, Asked, Batch, BegunStep, ClaimAnswer, Command, Commanded, Held, KnownResult,
     NewStep, NewStudy, Reported, RestartId, Saved, Store, StoreError, StoredBest, StoredPoint,
-    StoredRestart, StoredStudy, Submitted,
+    StoredRestart, StoredStep, StoredStudy, Submitted,
 };
 use serde_json::Value;
 use sqlx::sqlite::{
@@ -104,13 +106,38 @@ impl Store for SqliteStore {
         self.submit_study(study).await
     }
 
-    async fn begin_step(
+    async fn steps(&self, study: &StudyId) -> Result<Vec<StoredStep>, StoreError> {
+        self.read_steps(study).await
+    }
+
+    async fn ended_restarts(
         &self,
         study: &StudyId,
         step: usize,
-        restarts: Vec<NewRestart>,
+    ) -> Result<Option<Vec<(usize, Value)>>, StoreError> {
+        self.read_ended_restarts(study, step).await
+    }
+
+    async fn begin_step(&self, study: &StudyId, begun: BegunStep) -> Result<bool, StoreError> {
+        self.begin_waiting_step(study, begun).await
+    }
+
+    async fn end_step(
+        &self,
+        study: &StudyId,
+        step: usize,
+        result: &Value,
     ) -> Result<bool, StoreError> {
-        self.begin_later_step(study, step, restarts).await
+        self.end_running_step(study, step, result).await
+    }
+
+    async fn block_step(
+        &self,
+        study: &StudyId,
+        step: usize,
+        reason: &str,
+    ) -> Result<bool, StoreError> {
+        self.block_waiting_step(study, step, reason).await
     }
 
     async fn finish(&self, study: &StudyId) -> Result<(), StoreError> {
@@ -180,8 +207,8 @@ impl Store for SqliteStore {
         self.unstepped_restarts().await
     }
 
-    async fn ended_steps(&self) -> Result<Vec<(StudyId, usize)>, StoreError> {
-        self.studies_at_a_step_end().await
+    async fn under_way(&self) -> Result<Vec<StudyId>, StoreError> {
+        self.studies_under_way().await
     }
 
     async fn cancelling(&self) -> Result<Vec<StudyId>, StoreError> {

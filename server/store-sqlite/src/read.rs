@@ -51,7 +51,7 @@ impl SqliteStore {
         let before = before.unwrap_or(i64::MAX);
         let state = state.map(StudyState::as_str);
         let rows = sqlx::query!(
-            r#"SELECT number AS "number!: i64", id, name, state, failure, fingerprint, step, created_ms, started_ms, ended_ms
+            r#"SELECT number AS "number!: i64", id, name, state, failure, fingerprint, created_ms, started_ms, ended_ms
                FROM studies WHERE number < ?1 AND (?2 IS NULL OR state = ?2) ORDER BY number DESC LIMIT ?3"#,
             before,
             state,
@@ -69,7 +69,6 @@ impl SqliteStore {
                     state: study_state(&row.state)?,
                     failure: row.failure,
                     fingerprint: row.fingerprint,
-                    step: row.step as usize,
                     created_ms: row.created_ms,
                     started_ms: row.started_ms,
                     ended_ms: row.ended_ms,

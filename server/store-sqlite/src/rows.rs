@@ -222,21 +222,41 @@ async fn queue_band(
     Ok(())
 }
 
-/// Ends a study whose last step has ended, if nothing of it is queued; whether it does.
-pub async fn end_if_complete(tx: &mut Tx, study: &StudyId, now: i64) -> Result<bool, StoreError> {
-    let done = sqlx::query!(
-        "UPDATE studies SET step = steps
-         WHERE id = ?1 AND step = steps - 1 AND state IN ('queued', 'running', 'paused')
-           AND NOT EXISTS (SELECT 1 FROM restarts WHERE study = ?1 AND state = 'running')
-           AND NOT EXISTS (SELECT 1 FROM queue WHERE study = ?1)",
+/// Ends a study whose steps have all ended, if nothing of it is queued. One with a blocked step has failed, with its reasons.
+pub async fn end_if_complete(tx: &mut Tx, study: &StudyId, now: i64) -> Result<(), StoreError> {
+    const DOING: &str = "end a study";
+    let complete = sqlx::query_scalar!(
+        r#"SELECT EXISTS (SELECT 1 FROM studies WHERE id = ?1 AND state IN ('queued', 'running', 'paused'))
+             AND NOT EXISTS (SELECT 1 FROM steps WHERE study = ?1 AND state IN ('waiting', 'running'))
+             AND NOT EXISTS (SELECT 1 FROM queue WHERE study = ?1) AS "complete!: i64""#,
+        study.0
+    )
+    .fetch_one(&mut **tx)
+    .await
+    .map_err(database(DOING))?;
+    if complete == 0 {
+        return Ok(());
+    }
+    let failure = sqlx::query_scalar!(
+        r#"SELECT GROUP_CONCAT(json_extract(result, '$.reason'), '; ') AS "failure?: String"
+           FROM steps WHERE study = ? AND state = 'blocked'"#,
+        study.0
+    )
+    .fetch_one(&mut **tx)
+    .await
+    .map_err(database(DOING))?;
+    let state = if failure.is_some() {
+        StudyState::Failed
+    } else {
+        StudyState::Done
+    };
+    sqlx::query!(
+        "UPDATE studies SET failure = ? WHERE id = ?",
+        failure,
         study.0
     )
     .execute(&mut **tx)
     .await
-    .map_err(database("end a study"))?;
-    let ends = done.rows_affected() == 1;
-    if ends {
-        enter_state(tx, study, StudyState::Done, now).await?;
-    }
-    Ok(ends)
+    .map_err(database(DOING))?;
+    enter_state(tx, study, state, now).await
 }

@@ -101,17 +101,14 @@ impl SqliteStore {
             let data = json!({ "step": row.step, "restart": row.restart_index, "state": "done", "summary": step.summary });
             note(&mut tx, &study, "restart", &data, now).await?;
             let running = sqlx::query_scalar!(
-                r#"SELECT COUNT(*) AS "running!: i64" FROM restarts WHERE study = ? AND state = 'running'"#,
-                study.0
+                r#"SELECT COUNT(*) AS "running!: i64" FROM restarts WHERE study = ? AND step = ? AND state = 'running'"#,
+                study.0,
+                row.step
             )
             .fetch_one(&mut *tx)
             .await
             .map_err(database(DOING))?;
             step_ended = running == 0;
-            if step_ended {
-                let data = json!({ "step": row.step, "state": "done" });
-                note(&mut tx, &study, "step", &data, now).await?;
-            }
         }
         tx.commit().await.map_err(database(DOING))?;
         Ok(Saved::Yes { step_ended })
@@ -170,19 +167,13 @@ impl SqliteStore {
         Ok(ids.into_iter().map(RestartId).collect())
     }
 
-    pub(crate) async fn studies_at_a_step_end(&self) -> Result<Vec<(StudyId, usize)>, StoreError> {
-        let rows = sqlx::query!(
-            r#"SELECT s.id AS "id!: String", s.step AS "step!: i64" FROM studies s
-               WHERE s.state IN ('queued', 'running', 'paused')
-                 AND NOT EXISTS (SELECT 1 FROM restarts r WHERE r.study = s.id AND r.state = 'running')
-               ORDER BY s.number"#
+    pub(crate) async fn studies_under_way(&self) -> Result<Vec<StudyId>, StoreError> {
+        let ids = sqlx::query_scalar!(
+            "SELECT id FROM studies WHERE state IN ('queued', 'running', 'paused') ORDER BY number"
         )
         .fetch_all(&self.readers)
         .await
         .map_err(database("look for unfinished studies"))?;
-        Ok(rows
-            .into_iter()
-            .map(|row| (StudyId(row.id), row.step as usize))
-            .collect())
+        Ok(ids.into_iter().map(StudyId).collect())
     }
 }

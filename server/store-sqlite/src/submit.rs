@@ -1,7 +1,7 @@
 //! A study, a later step, their restarts and asks.
 
 use salp_protocol::{EvaluationId, StudyId, StudyState};
-use salp_server::store::{NewAsk, NewRestart, NewStudy, StoreError, Submitted};
+use salp_server::store::{BegunStep, NewAsk, NewRestart, NewStudy, StoreError, Submitted};
 use serde_json::json;
 
 use crate::SqliteStore;
@@ -30,16 +30,14 @@ impl SqliteStore {
         }
         let now = now_ms(&mut tx).await?;
         let document = to_json("study", &study.document)?;
-        let steps = study.steps as i64;
         sqlx::query!(
-            "INSERT INTO studies (id, name, document, fingerprint, state, step, steps, mixed_hardware,
+            "INSERT INTO studies (id, name, document, fingerprint, state, mixed_hardware,
                  idempotency_key, body_sha256, created_ms)
-             VALUES (?, ?, ?, ?, 'queued', 0, ?, ?, ?, ?, ?)",
+             VALUES (?, ?, ?, ?, 'queued', ?, ?, ?, ?)",
             study.id.0,
             study.name,
             document,
             study.fingerprint,
-            steps,
             study.mixed_hardware,
             study.idempotency_key,
             study.body_sha256,
@@ -50,38 +48,66 @@ impl SqliteStore {
         .map_err(database(DOING))?;
         let state = json!({ "state": StudyState::Queued });
         note(&mut tx, &study.id, "state", &state, now).await?;
-        insert_restarts(&mut tx, &study.id, 0, study.restarts, now).await?;
+        for step in 0..study.steps as i64 {
+            sqlx::query!(
+                "INSERT INTO steps (study, step, state) VALUES (?, ?, 'waiting')",
+                study.id.0,
+                step
+            )
+            .execute(&mut *tx)
+            .await
+            .map_err(database(DOING))?;
+        }
+        for begun in study.begun {
+            begin(&mut tx, &study.id, begun, now).await?;
+        }
         tx.commit().await.map_err(database(DOING))?;
         Ok(Submitted::Created)
     }
 
-    pub(crate) async fn begin_later_step(
+    pub(crate) async fn begin_waiting_step(
         &self,
         study: &StudyId,
-        step: usize,
-        restarts: Vec<NewRestart>,
+        begun: BegunStep,
     ) -> Result<bool, StoreError> {
-        const DOING: &str = "begin a step";
-        let mut tx = self.write(DOING).await?;
-        let step = step as i64;
-        let moved = sqlx::query!(
-            "UPDATE studies SET step = ?1
-             WHERE id = ?2 AND step = ?1 - 1 AND state IN ('queued', 'running', 'paused')
-               AND NOT EXISTS (SELECT 1 FROM restarts WHERE study = ?2 AND state = 'running')",
-            step,
-            study.0
-        )
-        .execute(&mut *tx)
-        .await
-        .map_err(database(DOING))?;
-        if moved.rows_affected() == 0 {
-            return Ok(false);
-        }
+        let mut tx = self.write(BEGIN).await?;
         let now = now_ms(&mut tx).await?;
-        insert_restarts(&mut tx, study, step, restarts, now).await?;
-        tx.commit().await.map_err(database(DOING))?;
-        Ok(true)
+        let begins = begin(&mut tx, study, begun, now).await?;
+        tx.commit().await.map_err(database(BEGIN))?;
+        Ok(begins)
     }
+}
+
+const BEGIN: &str = "begin a step";
+
+/// Begins a step that waits; false where it does not, or its study is not under way.
+async fn begin(
+    tx: &mut Tx,
+    study: &StudyId,
+    begun: BegunStep,
+    now: i64,
+) -> Result<bool, StoreError> {
+    let step = begun.step as i64;
+    let inputs = to_json("inputs of a step", &begun.inputs)?;
+    let moved = sqlx::query!(
+        "UPDATE steps SET state = 'running', inputs = ?1, began_ms = ?2
+         WHERE study = ?3 AND step = ?4 AND state = 'waiting'
+           AND (SELECT s.state FROM studies s WHERE s.id = ?3) IN ('queued', 'running', 'paused')",
+        inputs,
+        now,
+        study.0,
+        step
+    )
+    .execute(&mut **tx)
+    .await
+    .map_err(database(BEGIN))?;
+    if moved.rows_affected() == 0 {
+        return Ok(false);
+    }
+    let data = json!({ "step": step, "state": "running" });
+    note(tx, study, "step", &data, now).await?;
+    insert_restarts(tx, study, step, begun.restarts, now).await?;
+    Ok(true)
 }
 
 async fn insert_restarts(
@@ -113,7 +139,8 @@ async fn insert_restarts(
         .fetch_one(&mut **tx)
         .await
         .map_err(database("store a restart"))?;
-        let begun = json!({ "step": step, "restart": index, "state": state });
+        let begun =
+            json!({ "step": step, "restart": index, "state": state, "summary": restart.summary });
         note(tx, study, "restart", &begun, now).await?;
         let owner = Owner {
             study,

@@ -6,8 +6,12 @@
 //! boundary is the rim of its rectangle. So a wall has the columns (rows) between a chamber and the outline, and the
 //! corner between two walls is a block of its own: at a chamber's corner three blocks share the solid angle.
 
+mod assembly;
+mod blocks;
+mod chamber_order;
 mod layout;
 mod logical_corners;
+mod profile;
 mod rim;
 mod size_rule;
 

@@ -1,11 +1,13 @@
 //! Reads a study document, and answers every fault at once.
 
 mod constraints;
+mod graph;
 mod model;
 mod optimiser;
 mod restarts;
 mod step;
 mod study;
+mod takes;
 mod target;
 mod variables;
 

@@ -1,17 +1,24 @@
 //! Reads a step's model.
 
 use crate::document::{Node, Object};
+use crate::geometry::Layout;
+use crate::reduced::LinearTransform;
+use crate::scene::actuator::MAX_UNITS;
 use crate::scene::validate::{
     DEFAULT_ACTIVATION_MM, DEFAULT_TOLERANCE, read_activation, read_contact, read_element,
     read_max_size, read_tolerance,
 };
 use crate::scene::{ContactMode, ElementChoice};
 use crate::study::spec::{
-    AccuracyDesign, ChosenMesh, CommandModel, FeModel, MeshAccuracy, Model, StudyBody,
+    AccuracyDesign, ChosenMesh, CommandModel, FeLayoutsModel, FeModel, LayoutScore,
+    LinearTransformModel, MeshAccuracy, Model, StudyBody, StudyMaterials,
 };
 
 const MAX_ARGUMENTS: usize = 1000;
 const MAX_TIME_LIMIT_S: f64 = 1e6;
+const MAX_ACTUATIONS: usize = 20;
+const KINDS: &str =
+    "\"fe_cascade\", \"fe_direct\", \"fe_layouts\", \"linear_transform\" or \"command\"";
 
 /// Kinds of models.
 #[derive(Clone, Copy, PartialEq)]
@@ -20,6 +27,10 @@ pub enum Kind {
     FeCascade,
     /// Finite elements on free units.
     FeDirect,
+    /// Finite elements on one unit of several layouts.
+    FeLayouts,
+    /// The reduced model of a chain.
+    LinearTransform,
     /// A program.
     Command,
     /// One that a later version has; it shares the fields of a finite-element model.
@@ -32,16 +43,14 @@ pub fn read_kind(model: &Node<'_>) -> Option<Kind> {
     match kind.text()? {
         "fe_cascade" => Some(Kind::FeCascade),
         "fe_direct" => Some(Kind::FeDirect),
+        "fe_layouts" => Some(Kind::FeLayouts),
+        "linear_transform" => Some(Kind::LinearTransform),
         "command" => Some(Kind::Command),
-        later @ ("linear_transform" | "constant_strain") => {
-            kind.fault::<()>(format!(
-                "\"{later}\" is not available yet; use \"fe_cascade\", \"fe_direct\" or \"command\""
-            ));
+        later @ "constant_strain" => {
+            kind.fault::<()>(format!("\"{later}\" is not available yet; use {KINDS}"));
             Some(Kind::Later)
         }
-        other => kind.fault(format!(
-            "expected \"fe_cascade\", \"fe_direct\" or \"command\", found \"{other}\""
-        )),
+        other => kind.fault(format!("expected {KINDS}, found \"{other}\"")),
     }
 }
 
@@ -54,15 +63,87 @@ pub fn read_model(
 ) -> Option<Model> {
     let object = node.open()?;
     match kind {
-        Kind::FeCascade => read_finite_elements(&object, body).map(Model::FeCascade),
-        Kind::FeDirect => read_finite_elements(&object, body).map(Model::FeDirect),
+        Kind::FeCascade => read_finite_elements(&object, body, &["units"]).map(Model::FeCascade),
+        Kind::FeDirect => read_finite_elements(&object, body, &["units"]).map(Model::FeDirect),
+        Kind::FeLayouts => read_layouts(&object, body).map(Model::FeLayouts),
+        Kind::LinearTransform => read_linear_transform(&object, body).map(Model::LinearTransform),
         Kind::Command => read_command(&object, allow_paths).map(Model::Command),
         Kind::Later => None,
     }
 }
 
-fn read_finite_elements(object: &Object<'_>, body: Option<&StudyBody>) -> Option<FeModel> {
-    object.allow(&[
+/// The number of units of a step, which is at most that of the actuator.
+fn read_units(n: &Node<'_>, body: Option<&StudyBody>) -> Option<usize> {
+    let units = n.count(1, MAX_UNITS)?;
+    let Some(body) = body else {
+        return Some(units);
+    };
+    let whole = body.actuator.units;
+    if units > whole {
+        return n.fault(format!("the actuator has {whole} units"));
+    }
+    if units != whole && matches!(body.material, StudyMaterials::PerUnit(_)) {
+        return n.fault(format!(
+            "unit_materials names one for each of {whole} units, so a step has all of them"
+        ));
+    }
+    Some(units)
+}
+
+fn read_linear_transform(
+    object: &Object<'_>,
+    body: Option<&StudyBody>,
+) -> Option<LinearTransformModel> {
+    object.allow(&["kind", "units", "actuations"]);
+    let units = object.optional("units", |n| read_units(n, body));
+    let actuations = object.or("actuations", 2, |n| n.count(1, MAX_ACTUATIONS));
+    Some(LinearTransformModel {
+        units: units?,
+        actuations: actuations?,
+    })
+}
+
+fn read_layouts(object: &Object<'_>, body: Option<&StudyBody>) -> Option<FeLayoutsModel> {
+    let fe = read_finite_elements(object, body, &["layouts", "behaviour", "score"]);
+    let score = object.or("score", LayoutScore::default(), |n| {
+        n.choice(&[
+            ("area", LayoutScore::Area),
+            ("distance", LayoutScore::Distance),
+        ])
+    });
+    if let Some(body) = body
+        && matches!(body.material, StudyMaterials::PerUnit(_))
+    {
+        object.fault(
+            "kind",
+            "a single unit has one material: unit_materials names several",
+        );
+    }
+    let layouts = object
+        .required("layouts")
+        .and_then(|n| n.each(1, Layout::NAMES.len(), |n| n.choice(&Layout::NAMES)));
+    let behaviour = object.or("behaviour", Vec::new(), |n| {
+        n.each(1, MAX_ACTUATIONS, |n| {
+            let entries = n.numbers(4, 4)?;
+            <[f64; 4]>::try_from(entries)
+                .ok()
+                .map(|e| LinearTransform::from_slice(&e))
+        })
+    });
+    Some(FeLayoutsModel {
+        layouts: layouts?,
+        behaviour: behaviour?,
+        score: score?,
+        fe: fe?,
+    })
+}
+
+fn read_finite_elements(
+    object: &Object<'_>,
+    body: Option<&StudyBody>,
+    others: &[&str],
+) -> Option<FeModel> {
+    let own = [
         "kind",
         "element",
         "max_size_mm",
@@ -70,7 +151,13 @@ fn read_finite_elements(object: &Object<'_>, body: Option<&StudyBody>) -> Option
         "contact",
         "contact_activation_mm",
         "mesh",
-    ]);
+    ];
+    object.allow(&[&own, others].concat());
+    let units = if others.contains(&"units") {
+        object.optional("units", |n| read_units(n, body))
+    } else {
+        Some(None)
+    };
     let area = body.map(|b| {
         let [w, h] = b.actuator.unit_mm;
         w * h * b.actuator.units as f64
@@ -98,6 +185,7 @@ fn read_finite_elements(object: &Object<'_>, body: Option<&StudyBody>) -> Option
         );
     }
     Some(FeModel {
+        units: units?,
         accuracy: accuracy?,
         element: element?,
         max_size_mm: max_size_mm?,

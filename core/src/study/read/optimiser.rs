@@ -52,16 +52,17 @@ impl Gradients {
     }
 }
 
-/// Reads `optimiser` for a finite-element model (`chambers`) or a program, which gives gradients or not.
+/// Reads `optimiser` for a finite-element model, whose units have `of_unit` corner variables, or for a program (`None`), which
+/// gives gradients or not.
 pub fn read_optimiser(
     node: &Node<'_>,
-    chambers: bool,
+    of_unit: Option<usize>,
     gives_gradients: bool,
     bounds: Option<&Bounds>,
 ) -> Option<OptimiserOptions> {
     let object = node.open()?;
     let gradients = Gradients {
-        chambers,
+        chambers: of_unit.is_some(),
         gives: gives_gradients,
     };
     let method = object.required("method")?.choice(&[
@@ -72,7 +73,7 @@ pub fn read_optimiser(
     let options = match method {
         Method::Mmfd => read_mmfd(&object, gradients).map(OptimiserOptions::Mmfd),
         Method::Gcmma => read_gcmma(&object, gradients).map(OptimiserOptions::Gcmma),
-        Method::Sweep => read_sweep(&object, chambers, bounds).map(OptimiserOptions::Sweep),
+        Method::Sweep => read_sweep(&object, of_unit, bounds).map(OptimiserOptions::Sweep),
     }?;
     let mut faults = crate::fault::Faults::default();
     options.faults(node.path(), &mut faults);
@@ -211,7 +212,7 @@ fn read_gcmma(object: &Object<'_>, gradients: Gradients) -> Option<GcmmaOptions>
 
 fn read_sweep(
     object: &Object<'_>,
-    chambers: bool,
+    of_unit: Option<usize>,
     bounds: Option<&Bounds>,
 ) -> Option<SweepOptions> {
     object.allow(&["method", "grid", "points", "violation_tolerance"]);
@@ -222,7 +223,14 @@ fn read_sweep(
     );
     let points = match (object.get("grid"), object.get("points")) {
         (Some(grid), None) => read_grid(&grid, bounds),
-        (None, Some(points)) => read_points(&points, chambers, bounds),
+        // The document of a study that takes its points says that they are none of its own.
+        (None, Some(points))
+            if points.value().as_str() == Some("taken")
+                || points.value().as_array().is_some_and(Vec::is_empty) =>
+        {
+            Some(Vec::new())
+        }
+        (None, Some(points)) => read_points(&points, of_unit, bounds),
         (Some(_), Some(_)) => {
             object.fault("points", "either grid or points, not both");
             None

@@ -2,18 +2,17 @@
 
 use super::optimiser::{Bounds, MAX_POINTS};
 use crate::document::{Node, Object};
-use crate::geometry::VARIABLES_PER_UNIT;
 use crate::optimiser::OptimiserOptions;
 use crate::study::spec::{Restarts, StartKind};
 
 const MAX_RANDOM: usize = 10_000;
 const DEFAULT_SEED: u64 = 1;
 
-/// Reads `restarts`; a sweep has none.
+/// Reads `restarts`; a sweep has none. `of_unit`: the number of corner variables of a unit, `None` for a program.
 pub fn read_restarts(
     step: &Object<'_>,
     optimiser: Option<&OptimiserOptions>,
-    chambers: bool,
+    of_unit: Option<usize>,
     bounds: Option<&Bounds>,
 ) -> Option<Restarts> {
     if matches!(optimiser, Some(OptimiserOptions::Sweep(_))) {
@@ -35,10 +34,10 @@ pub fn read_restarts(
     let object = node.object(&["start", "points", "count", "seed"])?;
     let start = object
         .required("start")
-        .and_then(|n| read_starts(&n, chambers));
+        .and_then(|n| read_starts(&n, of_unit.is_some()));
     let has = |kind: StartKind| start.as_ref().is_none_or(|s| s.contains(&kind));
     let points = match object.get("points") {
-        Some(n) if has(StartKind::Given) => read_points(&n, chambers, bounds),
+        Some(n) if has(StartKind::Given) => read_points(&n, of_unit, bounds),
         Some(n) => n.fault("belongs to start = \"given\""),
         None if start.is_some() && has(StartKind::Given) => {
             object.fault("points", "is required by start = \"given\"");
@@ -66,7 +65,7 @@ pub fn read_restarts(
 
 fn read_starts(node: &Node<'_>, chambers: bool) -> Option<Vec<StartKind>> {
     if node.value().is_array() {
-        let starts = node.each(1, 3, |n| read_start(n, chambers))?;
+        let starts = node.each(1, 4, |n| read_start(n, chambers))?;
         let twice = starts
             .iter()
             .enumerate()
@@ -88,6 +87,7 @@ fn read_start(node: &Node<'_>, chambers: bool) -> Option<StartKind> {
             ("paper", StartKind::Paper),
             ("given", StartKind::Given),
             ("random", StartKind::Random),
+            ("taken", StartKind::Taken),
         ]),
     }
 }
@@ -95,7 +95,7 @@ fn read_start(node: &Node<'_>, chambers: bool) -> Option<StartKind> {
 /// Reads a list of points within the bounds. Where several units are free a point may give one of them, for all.
 pub fn read_points(
     node: &Node<'_>,
-    chambers: bool,
+    of_unit: Option<usize>,
     bounds: Option<&Bounds>,
 ) -> Option<Vec<Vec<f64>>> {
     node.each(1, MAX_POINTS, |point| {
@@ -105,12 +105,11 @@ pub fn read_points(
         let coordinates = point.list()?;
         let (given, all) = (coordinates.len(), lower.len());
         // Bounds of free units are those of one unit over and over; those of a program stand for themselves.
-        let one_unit = chambers && given == VARIABLES_PER_UNIT && all.is_multiple_of(given);
+        let one_unit = of_unit == Some(given) && all.is_multiple_of(given);
         if given != all && !one_unit {
-            let expected = if chambers && all > VARIABLES_PER_UNIT {
-                format!("{all} numbers, or {VARIABLES_PER_UNIT} for all units alike")
-            } else {
-                format!("{all} numbers")
+            let expected = match of_unit {
+                Some(one) if all > one => format!("{all} numbers, or {one} for all units alike"),
+                _ => format!("{all} numbers"),
             };
             return point.fault(format!("expected {expected}, found {given}"));
         }

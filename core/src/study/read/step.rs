@@ -4,16 +4,23 @@ use super::constraints::{read_chamber_constraints, read_counts};
 use super::model::{Kind, read_kind, read_model};
 use super::optimiser::read_optimiser;
 use super::restarts::read_restarts;
-use super::target::read_target;
-use super::variables::read_variables;
+use super::takes::{MAX_KEEPS, read_place};
+use super::target::{read_end_of_unit, read_target};
+use super::variables::{read_bounds_of, read_variables};
 use crate::document::{Node, Object};
+use crate::geometry::LayoutBoxes;
 use crate::optimiser::OptimiserOptions;
 use crate::scene::ContactMode;
 use crate::study::spec::{
     Budget, Model, Parametrisation, StepConstraints, StudyBody, StudyStep, Variables,
 };
+use crate::study::takes::Given;
 
 const MAX_EVALUATIONS: usize = 1_000_000_000;
+const NO_CONSTRAINTS: StepConstraints = StepConstraints::Counts {
+    inequalities: 0,
+    equalities: 0,
+};
 
 /// Reads an entry of `step`.
 pub fn read_step(
@@ -24,6 +31,8 @@ pub fn read_step(
     let step = node.object(&[
         "id",
         "level",
+        "pass",
+        "simplifies",
         "target",
         "model",
         "variables",
@@ -43,37 +52,65 @@ pub fn read_step(
         .as_ref()
         .zip(kind)
         .and_then(|(n, kind)| read_model(n, kind, body, allow_paths));
+    let place = read_place(&step);
     let Some(kind) = kind else {
-        read_budget_takes_keeps(&step);
+        read_budget_keeps(&step);
         return None;
     };
-    let chambers = kind != Kind::Command;
+    let body = body.map(|body| of_step(body, model.as_ref()));
+    let body = body.as_ref();
+    let chambers = matches!(kind, Kind::FeCascade | Kind::FeDirect | Kind::Later);
     let gives_gradients = match &model {
         Some(Model::Command(command)) => command.gradient,
-        _ => true,
+        _ => kind != Kind::FeLayouts,
     };
-    let target = if chambers {
-        step.required("target")
-            .and_then(|n| read_target(&n, body))
-            .map(Some)
-    } else {
-        if step.nullable("target").is_some() {
-            step.fault("target", "a command model gives its objective itself");
+    let target = match kind {
+        Kind::Command | Kind::FeLayouts => {
+            if step.nullable("target").is_some() {
+                let message = if kind == Kind::Command {
+                    "a command model gives its objective itself"
+                } else {
+                    "the transformations that are asked for are the target of \"fe_layouts\""
+                };
+                step.fault("target", message);
+            }
+            Some(None)
         }
-        Some(None)
+        Kind::LinearTransform => step
+            .required("target")
+            .and_then(|n| read_end_of_unit(&n, body))
+            .map(Some),
+        Kind::FeCascade | Kind::FeDirect | Kind::Later => step
+            .required("target")
+            .and_then(|n| read_target(&n, body))
+            .map(Some),
     };
-    let variables = match step.get("variables") {
-        Some(n) => read_variables(&n, kind),
-        None if chambers => Some(Variables::Chambers {
+    let variables = match (step.get("variables"), &model) {
+        (Some(n), Some(model @ Model::FeLayouts(_))) => {
+            // The resolved document has them; another document cannot change them.
+            read_variables(&n, Kind::Command, None).and_then(|read| {
+                n.expect(
+                    read == read_bounds_of(model),
+                    "\"fe_layouts\" has its own: the index of a layout and the sides of its chambers in shares of their domains",
+                )?;
+                Some(read)
+            })
+        }
+        (Some(n), _) => read_variables(&n, kind, model.as_ref()),
+        (None, Some(model @ (Model::FeLayouts(_) | Model::LinearTransform(_)))) => {
+            Some(read_bounds_of(model))
+        }
+        (None, _) if chambers => Some(Variables::Chambers {
             parametrisation: Parametrisation::Corners,
         }),
-        None => {
+        (None, _) if kind == Kind::Command => {
             step.fault(
                 "variables",
                 "is required: a command model's lower and upper bounds",
             );
             None
         }
+        (None, _) => None,
     };
     let constraints = if chambers {
         let contact = match &model {
@@ -81,28 +118,55 @@ pub fn read_step(
             _ => ContactMode::Auto,
         };
         read_chamber_constraints(&step, body, contact)
+    } else if kind == Kind::Command {
+        step.or("constraints", NO_CONSTRAINTS, read_counts)
     } else {
-        step.or(
-            "constraints",
-            StepConstraints::Counts {
-                inequalities: 0,
+        let own = match kind {
+            // The stretch limit of the material.
+            Kind::FeLayouts => StepConstraints::Counts {
+                inequalities: 1,
                 equalities: 0,
             },
-            read_counts,
-        )
+            _ => NO_CONSTRAINTS,
+        };
+        let message = "this model has its own: the stretch limit of the material, or none";
+        match step.nullable("constraints") {
+            Some(n) => read_counts(&n).and_then(|read| {
+                n.expect(read == own, message)?;
+                Some(own)
+            }),
+            None => Some(own),
+        }
     };
     let bounds = variables
         .as_ref()
         .and_then(|v| v.bounds(body, kind == Kind::FeDirect));
+    let boxes = body.map_or(LayoutBoxes::PAPER, |b| b.actuator.boxes());
+    let of_unit = chambers.then(|| boxes.variables());
     let optimiser = step
         .required("optimiser")
-        .and_then(|n| read_optimiser(&n, chambers, gives_gradients, bounds.as_ref()));
-    let restarts = read_restarts(&step, optimiser.as_ref(), chambers, bounds.as_ref());
-    let ends = read_budget_takes_keeps(&step);
+        .and_then(|n| read_optimiser(&n, of_unit, gives_gradients, bounds.as_ref()));
+    if kind == Kind::FeLayouts
+        && optimiser
+            .as_ref()
+            .is_some_and(|o| !matches!(o, OptimiserOptions::Sweep(_)))
+    {
+        step.fault(
+            "optimiser.method",
+            "a layout is a discrete choice: \"sweep\" is what can make it",
+        );
+    }
+    let restarts = read_restarts(&step, optimiser.as_ref(), of_unit, bounds.as_ref());
+    let ends = read_budget_keeps(&step);
     let (budget, keeps) = ends?;
+    let place = place?;
     let read = StudyStep {
         id: id?.to_string(),
         level: level?,
+        pass: place.pass,
+        simplifies: place.simplifies,
+        takes: place.takes,
+        given: Given::default(),
         target: target?,
         model: model?,
         variables: variables?,
@@ -135,18 +199,22 @@ fn check_budget(step: &Object<'_>, read: &StudyStep) -> Option<()> {
     None
 }
 
-fn read_budget_takes_keeps(step: &Object<'_>) -> Option<(Budget, usize)> {
+/// The shared part with a step's own number of units.
+fn of_step(body: &StudyBody, model: Option<&Model>) -> StudyBody {
+    let mut body = body.clone();
+    if let Some(units) = model.and_then(Model::units) {
+        body.actuator.units = units;
+    }
+    body
+}
+
+fn read_budget_keeps(step: &Object<'_>) -> Option<(Budget, usize)> {
     let budget = step.or("budget", Budget::default(), |n| {
         let object = n.object(&["evaluations"])?;
         Some(Budget {
             evaluations: object.optional("evaluations", |n| n.count(1, MAX_EVALUATIONS))?,
         })
     });
-    if let Some(takes) = step.nullable("takes")
-        && takes.value().as_array().is_none_or(|list| !list.is_empty())
-    {
-        takes.fault::<()>("must be absent or empty: steps cannot take the results of others yet");
-    }
-    let keeps = step.or("keeps", 1, |n| n.count(1, 1000));
+    let keeps = step.or("keeps", 1, |n| n.count(1, MAX_KEEPS));
     Some((budget?, keeps?))
 }

@@ -2,15 +2,17 @@
 
 use serde_json::Value;
 
+use super::graph::check_graph;
 use super::step::read_step;
 use crate::document::{Node, Object, read};
 use crate::fault::Faults;
+use crate::geometry::Layout;
 use crate::material::records::{self, DEFAULT_RECORD};
 use crate::scene::actuation::read_actuation;
 use crate::scene::actuator::{DEFAULT_UNIT_MM, MAX_UNITS, read_corner_radius_mm, read_unit_mm};
 use crate::scene::{read_material, read_per_unit};
 use crate::study::preset::expand;
-use crate::study::spec::{Layout, Study, StudyActuator, StudyBody, StudyMaterial, StudyMaterials};
+use crate::study::spec::{Study, StudyActuator, StudyBody, StudyMaterial, StudyMaterials};
 
 const MAX_STEPS: usize = 100;
 const MAX_NAME: usize = 200;
@@ -72,7 +74,7 @@ fn read_root(node: &Node<'_>, allow_paths: bool) -> Option<Study> {
     };
     let known_body = body.as_ref().and_then(Option::as_ref);
     let steps = steps.and_then(|n| n.each(1, MAX_STEPS, |s| read_step(s, known_body, allow_paths)));
-    let steps = steps?;
+    let mut steps = steps?;
     for (i, step) in steps.iter().enumerate() {
         if steps[..i].iter().any(|s| s.id == step.id) {
             root.fault(
@@ -81,6 +83,7 @@ fn read_root(node: &Node<'_>, allow_paths: bool) -> Option<Study> {
             );
         }
     }
+    check_graph(&root, known_body, &mut steps)?;
     Some(Study {
         name: name?,
         body: body?,
@@ -135,9 +138,13 @@ fn read_body(root: &Object<'_>) -> Option<StudyBody> {
     };
     let actuation = root.required("actuation").and_then(|node| {
         let cycle = read_actuation(&node)?;
+        let layout = actuator.as_ref().map_or(Layout::StackedPair, |a| a.layout);
+        let needed = layout.channel_count();
         node.expect(
-            cycle.channels() >= 2,
-            "the layout has two chambers a unit, so the schedule needs two channels",
+            cycle.channels() >= needed,
+            &format!(
+                "{needed} channels drive the chambers of the layout, so the schedule needs {needed}"
+            ),
         )?;
         Some(cycle)
     });
@@ -173,9 +180,7 @@ fn read_actuator(node: &Node<'_>) -> Option<StudyActuator> {
     let default = StudyActuator::default();
     let unit_mm = object.or("unit_mm", default.unit_mm, read_unit_mm);
     let units = object.or("units", default.units, |n| n.count(1, MAX_UNITS));
-    let layout = object.or("layout", default.layout, |n| {
-        n.choice(&[("stacked_pair", Layout::StackedPair)])
-    });
+    let layout = object.or("layout", default.layout, |n| n.choice(&Layout::NAMES));
     let wall_mm = object.or("wall_mm", default.wall_mm, Node::positive);
     let clearance = object.or(
         "centre_clearance_mm",
@@ -193,8 +198,8 @@ fn read_actuator(node: &Node<'_>) -> Option<StudyActuator> {
         centre_clearance_mm: clearance?,
         corner_radius_mm: corner_radius_mm?,
     };
-    let [w, h] = actuator.unit_mm;
-    let room = (w - 2.0 * actuator.wall_mm).min((h - 3.0 * actuator.wall_mm) / 2.0);
+    let [_, [width, height]] = actuator.boxes().rectangle_bounds();
+    let room = width.min(height);
     if room <= 2.0 * actuator.centre_clearance_mm {
         object.fault(
             "wall_mm",

@@ -2,10 +2,11 @@
 
 use std::cell::Cell;
 
+use crate::actuation::ActuationCycle;
 use crate::document::Node;
 use crate::geometry::Point;
 use crate::scene::Orientation;
-use crate::scene::measure::Bound;
+use crate::scene::measure::{Bound, Measure};
 use crate::scene::target::{MeasureReader, read_one_orientation};
 use crate::scene::validate::find_unit;
 use crate::study::spec::{StudyBody, Target};
@@ -26,22 +27,49 @@ pub fn read_target(node: &Node<'_>, body: Option<&StudyBody>) -> Option<Target> 
         either.set(sense.is_none());
         Some(sense.unwrap_or(Orientation::CounterClockwise))
     };
-    let goal = reader(body, &|n| read_probe(n, body), &orientation).goal(node)?;
+    let schedule = schedule_of_chambers(body);
+    let goal = reader(schedule.as_ref(), &|n| read_probe(n, body), &orientation).goal(node)?;
     Some(Target {
         goal,
         either_sense: either.get(),
     })
 }
 
+/// Reads the target of a reduced model: the area that the middle of the right edge of a unit encloses.
+pub fn read_end_of_unit(node: &Node<'_>, body: Option<&StudyBody>) -> Option<Target> {
+    let target = read_target(node, body)?;
+    let Measure::EnclosedArea { probe, .. } = &target.goal.measure else {
+        return node.fault("the reduced model knows the enclosed area alone");
+    };
+    if let Some(body) = body {
+        let [w, h] = body.actuator.unit_mm;
+        let unit = probe[0] / w;
+        if unit < 1.0 || unit.fract() != 0.0 || probe[1] != h / 2.0 {
+            return node.fault(format!(
+                "the reduced model knows the ends of units alone, at x = {w}, {}, ... and y = {}",
+                2.0 * w,
+                h / 2.0
+            ));
+        }
+    }
+    Some(target)
+}
+
 /// Reads `bounds`.
 pub fn read_bounds(node: &Node<'_>, body: Option<&StudyBody>) -> Option<Vec<Bound<Point>>> {
     let probe = |n: &Node<'_>| read_probe(n, body);
-    let reader = reader(body, &probe, &read_one_orientation);
+    let schedule = schedule_of_chambers(body);
+    let reader = reader(schedule.as_ref(), &probe, &read_one_orientation);
     node.each(0, MAX_BOUNDS, |n| reader.bound(n))
 }
 
+/// Measures are of the scenes of a study, in which every chamber has its own channel.
+fn schedule_of_chambers(body: Option<&StudyBody>) -> Option<ActuationCycle> {
+    body.map(|b| b.actuator.layout.schedule(&b.actuation))
+}
+
 fn reader<'a>(
-    body: Option<&'a StudyBody>,
+    actuation: Option<&'a ActuationCycle>,
     probe: &'a dyn Fn(&Node<'_>) -> Option<Point>,
     orientation: &'a dyn Fn(Option<Node<'_>>) -> Option<Orientation>,
 ) -> MeasureReader<'a, Point> {
@@ -49,7 +77,7 @@ fn reader<'a>(
         suffix: "_mm",
         probe,
         orientation,
-        actuation: body.map(|b| &b.actuation),
+        actuation,
     }
 }
 

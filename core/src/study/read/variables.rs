@@ -2,13 +2,31 @@
 
 use super::model::Kind;
 use crate::document::Node;
-use crate::study::spec::{Parametrisation, Variables};
+use crate::study::spec::{Model, Parametrisation, Variables};
 
 const MAX_VARIABLES: usize = 10_000;
 
+/// Bounds of the entries of a transformation, [x_scl, x_sh, y_sh, y_scl]: a unit that grows by up to 30 % and shears by up to a quarter.
+const TRANSFORM: [[f64; 4]; 2] = [[0.9, -0.25, -0.25, 0.9], [1.3, 0.25, 0.25, 1.1]];
+/// Least side of a chamber in shares of its domain.
+const LEAST_SHARE: f64 = 0.05;
+
+/// The variables of a model that has its own.
+pub fn read_bounds_of(model: &Model) -> Variables {
+    let [lower, upper] = match model {
+        Model::LinearTransform(model) => TRANSFORM.map(|of_one| of_one.repeat(model.actuations)),
+        Model::FeLayouts(model) => [
+            vec![0.0, LEAST_SHARE, LEAST_SHARE],
+            vec![(model.layouts.len() - 1) as f64, 1.0, 1.0],
+        ],
+        Model::FeCascade(_) | Model::FeDirect(_) | Model::Command(_) => [Vec::new(), Vec::new()],
+    };
+    Variables::Bounds { lower, upper }
+}
+
 /// Reads `variables` of a model of the given kind.
-pub fn read_variables(node: &Node<'_>, kind: Kind) -> Option<Variables> {
-    if kind != Kind::Command {
+pub fn read_variables(node: &Node<'_>, kind: Kind, model: Option<&Model>) -> Option<Variables> {
+    if !matches!(kind, Kind::Command | Kind::LinearTransform) {
         let object = node.object(&["parametrisation"])?;
         let parametrisation = object.or("parametrisation", Parametrisation::Corners, |n| {
             let parametrisation = n.choice(&[
@@ -33,6 +51,15 @@ pub fn read_variables(node: &Node<'_>, kind: Kind) -> Option<Variables> {
         .and_then(|n| n.numbers(1, MAX_VARIABLES));
     let (lower, upper) = (lower?, upper?);
     let upper_node = upper_node?;
+    if let Some(Model::LinearTransform(model)) = model
+        && lower.len() != 4 * model.actuations
+    {
+        return node.fault(format!(
+            "expected 4 entries (x_scl, x_sh, y_sh, y_scl) for each of {} actuations, found {}",
+            model.actuations,
+            lower.len()
+        ));
+    }
     if lower.len() != upper.len() {
         return upper_node.fault(format!(
             "has {} entries where lower has {}",

@@ -3,16 +3,16 @@
 use serde_json::json;
 
 use super::*;
-use crate::geometry::{StackedPair, VARIABLES_PER_UNIT};
+use crate::geometry::LayoutBoxes;
 
 #[test]
 fn each_unit_has_the_variables_of_one() {
     let study = study(&example("direct"));
     let v = study.variables(0).expect("variables");
-    assert_eq!(v.lower.len(), 9 * VARIABLES_PER_UNIT);
-    let [lower, upper] = StackedPair::PAPER.bounds();
+    assert_eq!(v.lower.len(), 9 * 16);
+    let [lower, upper] = LayoutBoxes::PAPER.bounds();
     for k in 0..9 {
-        let unit = VARIABLES_PER_UNIT * k..VARIABLES_PER_UNIT * (k + 1);
+        let unit = 16 * k..16 * (k + 1);
         assert_eq!(v.lower[unit.clone()], lower);
         assert_eq!(v.upper[unit], upper);
     }
@@ -24,7 +24,7 @@ fn each_unit_has_the_variables_of_one() {
 
 #[test]
 fn a_start_of_one_unit_stands_for_all() {
-    let one = StackedPair::PAPER.rectangles([40.0, 15.0]);
+    let one = LayoutBoxes::PAPER.rectangles([40.0, 15.0]);
     let given = |points: &[Vec<f64>]| {
         let mut document = example("direct");
         document["step"][0]["restarts"] =
@@ -33,9 +33,9 @@ fn a_start_of_one_unit_stands_for_all() {
     };
     let first = study(&given(&[one.clone(), one.repeat(9)]));
     // Two senses of each start.
-    let restarts = first.restarts(0).expect("restarts");
+    let restarts = first.restarts(0, &StepInputs::default()).expect("restarts");
     assert_eq!(restarts.len(), 10);
-    assert_eq!(restarts[0].x0, StackedPair::PAPER.common_start().repeat(9));
+    assert_eq!(restarts[0].x0, LayoutBoxes::PAPER.common_start().repeat(9));
     assert_eq!(restarts[2].x0, one.repeat(9));
     assert_eq!(restarts[4].x0, restarts[2].x0);
     let [a, b] = [0, 1].map(|unit| &restarts[6].x0[16 * unit..16 * (unit + 1)]);
@@ -58,7 +58,7 @@ fn every_unit_has_its_geometric_rows() {
         study(&with(&example("direct"), &[&assignment]))
     };
     let (direct, cascade) = (of_kind("fe_direct"), of_kind("fe_cascade"));
-    let one = StackedPair::PAPER.rectangles([60.0, 30.0]);
+    let one = LayoutBoxes::PAPER.rectangles([60.0, 30.0]);
     let rows = |study: &Study, x: &[f64]| study.geometry_rows(0, x).expect("rows");
     let (of_one, of_all) = (rows(&cascade, &one), rows(&direct, &one.repeat(9)));
     assert_eq!(of_all.0.len(), 9 * of_one.0.len());

@@ -34,7 +34,10 @@ fn the_contracts_command_study_reads() {
     let study = study(&parse_toml(CONTRACT).expect("valid TOML"));
     assert_eq!(study.constraint_count(0), Ok(6));
     assert_eq!(study.variables(0).expect("variables").upper, [1e10, 1e10]);
-    assert_eq!(study.restarts(0).expect("restarts")[0].x0, [1.0, 1.0]);
+    assert_eq!(
+        study.restarts(0, &StepInputs::default()).expect("restarts")[0].x0,
+        [1.0, 1.0]
+    );
     assert!(study.body.is_none());
 }
 
@@ -288,7 +291,7 @@ fn each_kind_of_fault_is_noted_at_its_path() {
             "step[0].target={\"kind\": \"displacement\", \"probe_mm\": [160, 40], \"component\": \"x\", \"state\": 99}",
             "step[0].target.state",
         ),
-        ("step[0].model.kind=linear_transform", "step[0].model.kind"),
+        ("step[0].model.kind=constant_strain", "step[0].model.kind"),
         ("step[0].model.kind=oracle", "step[0].model.kind"),
         ("step[0].model.element=hex", "step[0].model.element"),
         (
@@ -388,7 +391,7 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ("step[0].budget.evaluations=0", "step[0].budget.evaluations"),
         ("step[0].budget.evaluations=7", "step[0].budget.evaluations"),
         ("step[0].budget.seconds=1", "step[0].budget.seconds"),
-        ("step[0].takes=[\"other\"]", "step[0].takes"),
+        ("step[0].takes=[\"other\"]", "step[0].takes[0]"),
         ("step[0].keeps=0", "step[0].keeps"),
     ];
     for (assignment, path) in cases {
@@ -537,7 +540,13 @@ fn no_single_odd_value_is_more_than_a_fault() {
                 assert_eq!(read_study(&study.document(), true), Ok(study.clone()));
                 for step in 0..study.steps.len() {
                     assert!(study.problem(step).is_ok());
-                    assert!(!study.restarts(step).expect("restarts").is_empty(), "{odd}");
+                    assert!(
+                        !study
+                            .restarts(step, &StepInputs::default())
+                            .expect("restarts")
+                            .is_empty(),
+                        "{odd}"
+                    );
                 }
             }
             Err(faults) => {

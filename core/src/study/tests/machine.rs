@@ -40,7 +40,7 @@ fn run(
     index: usize,
     mut between: impl FnMut(usize, RestartState, Vec<Outcome>) -> (RestartState, Vec<Outcome>),
 ) -> RestartState {
-    let spec = &study.restarts(0).expect("restarts")[index];
+    let spec = &study.restarts(0, &StepInputs::default()).expect("restarts")[index];
     let (mut state, mut asks) = begin(study, spec).expect("begins");
     for batch in 0..10_000 {
         let (seen, outcomes) = between(batch, state, asks.iter().map(answer).collect());
@@ -110,7 +110,7 @@ fn failures_and_nonsense_do_not_end_a_restart() {
 #[test]
 fn nonsense_is_an_invalid_result() {
     let study = quadratic();
-    let spec = &study.restarts(0).expect("restarts")[0];
+    let spec = &study.restarts(0, &StepInputs::default()).expect("restarts")[0];
     let (_, asks) = begin(&study, spec).expect("begins");
     let mut request = asks[0].clone();
     request.want_gradient = true;
@@ -196,7 +196,7 @@ fn histories_are_equal_where_everything_is() {
 #[test]
 fn keys_tell_evaluations_apart() {
     let study = study(&example("asymmetric-bending"));
-    let spec = &study.restarts(0).expect("restarts")[0];
+    let spec = &study.restarts(0, &StepInputs::default()).expect("restarts")[0];
     let (_, asks) = begin(&study, spec).expect("begins");
     let request = &asks[0];
     let key = |r: &EvaluationRequest| r.key(&study, "build").expect("a key");

@@ -54,7 +54,7 @@ fn run(
     fail: impl Fn(usize, &EvaluationRequest) -> bool,
     store: bool,
 ) -> (RestartState, Vec<EvaluationRequest>) {
-    let spec = &study.restarts(0).expect("restarts")[0];
+    let spec = &study.restarts(0, &StepInputs::default()).expect("restarts")[0];
     let (mut state, mut asks) = begin(study, spec).expect("begins");
     let mut history = Vec::new();
     while !asks.is_empty() {
@@ -90,7 +90,9 @@ fn rows_are_spikes_walls_stretch_margin_and_gaps() {
     assert_eq!(apart.constraint_count(0), Ok(8 + 24 + 8 + 8 + 2));
     let off = super::study(&example("paper-hierarchical"));
     assert_eq!(off.constraint_count(0), Ok(8 + 24));
-    let start = study.restarts(0).expect("restarts")[0].x0.clone();
+    let start = study.restarts(0, &StepInputs::default()).expect("restarts")[0]
+        .x0
+        .clone();
     let (values, gradients) = study.geometry_rows(0, &start).expect("rows");
     assert!(values.iter().all(|v| *v <= 0.0));
     assert!(gradients.iter().all(|row| row.len() == 16));

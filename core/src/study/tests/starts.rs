@@ -7,7 +7,7 @@ use crate::study::spec::StartKind;
 #[test]
 fn each_start_has_a_twin_of_the_other_sense() {
     let study = study(&example("asymmetric-bending"));
-    let restarts = study.restarts(0).expect("restarts");
+    let restarts = study.restarts(0, &StepInputs::default()).expect("restarts");
     assert_eq!(restarts.len(), 8);
     assert_eq!(study.steps[0].restart_count(), 8);
     for (i, restart) in restarts.iter().enumerate() {
@@ -34,7 +34,7 @@ fn seeds_reproduce_starts_and_more_starts_keep_the_first() {
     let document = example("asymmetric-bending");
     let restarts = |assignments: &[&str]| {
         study(&with(&document, assignments))
-            .restarts(0)
+            .restarts(0, &StepInputs::default())
             .expect("restarts")
     };
     let first = restarts(&[]);
@@ -53,7 +53,7 @@ fn random_starts_lie_in_the_bounds() {
         ],
     ));
     let v = study.variables(0).expect("variables");
-    for restart in study.restarts(0).expect("restarts") {
+    for restart in study.restarts(0, &StepInputs::default()).expect("restarts") {
         let inside = |k: usize| (v.lower[k]..=v.upper[k]).contains(&restart.x0[k]);
         assert!((0..16).all(inside), "{restart:?}");
     }
@@ -65,7 +65,7 @@ fn a_sweep_analyses_each_point_once() {
     for (orientation, sense) in [("either", None), ("clockwise", Some(Clockwise))] {
         let assignment = format!("step[0].target.orientation={orientation}");
         let study = study(&with(&document, &[&assignment]));
-        let restarts = study.restarts(0).expect("restarts");
+        let restarts = study.restarts(0, &StepInputs::default()).expect("restarts");
         assert_eq!((restarts.len(), study.steps[0].restart_count()), (1, 1));
         assert_eq!(restarts[0].start_kind, None);
         let (_, asks) = begin(&study, &restarts[0]).expect("begins");
@@ -83,7 +83,11 @@ fn the_best_of_a_sweep_says_its_sense() {
     document["step"][0]["optimiser"] =
         serde_json::json!({ "method": "sweep", "points": [[20, 10], [30, 20], [40, 20]] });
     let study = study(&document);
-    let (state, asks) = begin(&study, &study.restarts(0).expect("restarts")[0]).expect("begins");
+    let (state, asks) = begin(
+        &study,
+        &study.restarts(0, &StepInputs::default()).expect("restarts")[0],
+    )
+    .expect("begins");
     let rows = study.constraint_count(0).expect("rows");
     let outcomes = [2.0, -5.0, 3.0].map(|area: f64| Outcome {
         objective: Some(-area.abs()),

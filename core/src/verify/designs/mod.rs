@@ -13,8 +13,8 @@ pub use confirm::{Confirmation, confirm};
 pub use mesher::{MesherCount, mesh_designs};
 pub use solve::{DesignLine, LimitLine, solve_design};
 
+use crate::geometry::LayoutBoxes;
 use crate::geometry::samples::Stratum;
-use crate::geometry::{StackedPair, VARIABLES_PER_UNIT};
 
 /// The seed of the recorded tables.
 pub const SEED: u64 = 20_230_328;
@@ -70,9 +70,9 @@ pub fn read_designs(text: &str) -> Vec<Vec<f64>> {
             .filter(|cell| !cell.is_empty())
             .map(str::parse)
             .collect();
-        numbers
-            .ok()
-            .filter(|x| x.len() == VARIABLES_PER_UNIT && x.iter().all(|v| v.is_finite()))
+        numbers.ok().filter(|x| {
+            x.len() == LayoutBoxes::PAPER.variables() && x.iter().all(|v| v.is_finite())
+        })
     };
     text.lines()
         .filter_map(|line| {
@@ -86,7 +86,7 @@ pub fn read_designs(text: &str) -> Vec<Vec<f64>> {
 /// `count` designs: two thirds drawn, the last third from `met`, evenly spread over it; fewer where it is shorter.
 pub fn samples(count: usize, seed: u64, met: &[Vec<f64>]) -> Vec<Sample> {
     let third = count / 3;
-    let drawn = |stratum: Stratum| move |k: usize| stratum.design(&StackedPair::PAPER, seed, k);
+    let drawn = |stratum: Stratum| move |k: usize| stratum.design(&LayoutBoxes::PAPER, seed, k);
     let uniform = (0..count - 2 * third).map(drawn(Stratum::Uniform));
     let near = (0..third).map(drawn(Stratum::NearOuterEdges));
     let kept = third.min(met.len());

@@ -6,7 +6,7 @@ use super::super::*;
 use super::mesh_of;
 use super::shapes::{layouts, named, pair, paper_unit, rectangles, regular, slanted};
 use crate::geometry::samples::Stratum;
-use crate::geometry::{StackedPair, Unit, cascade, polygon};
+use crate::geometry::{LayoutBoxes, Unit, cascade, polygon};
 use crate::mesh::{ElementKind, locate};
 
 fn solid_area(actuator: &Actuator) -> f64 {
@@ -151,7 +151,7 @@ fn other_layouts_mesh() {
 /// Every design of a stratum on its own plan: the scaled corner Jacobian and the lower bound of the Jacobian.
 fn check_stratum(stratum: Stratum, designs: std::ops::Range<usize>) {
     for index in designs {
-        let x = stratum.design(&StackedPair::PAPER, 20_230_328, index);
+        let x = stratum.design(&LayoutBoxes::PAPER, 20_230_328, index);
         let actuator = paper_unit(&x, 1);
         let plan = MeshPlan::choose(&actuator, PlanElement::Quad9, None).unwrap();
         let mesh = build(&actuator, &plan).unwrap_or_else(|e| panic!("{stratum:?} {index}: {e}"));
@@ -195,10 +195,48 @@ fn a_spike_is_a_corner_of_its_rectangle() {
     assert!(mesh.scaled_jacobian > 0.1, "{}", mesh.scaled_jacobian);
 }
 
+/// Three and four chambers, in rows in both directions, straight and slanted, in any order.
+#[test]
+fn longer_rows_of_chambers_mesh() {
+    let slanted = |k: usize| {
+        let y = 4.0 + 18.5 * k as f64;
+        vec![[4.0, y], [76.0, y + 5.0], [76.0, y + 15.0], [4.0, y + 10.0]]
+    };
+    let square = |k: usize| regular(4, [40.0, 12.0 + 18.0 * k as f64], 7.0, 0.4);
+    let between = rectangles(20.0, 10.0).units[0].clone();
+    let rows: [Vec<Vec<Point>>; 4] = [
+        (0..3).map(slanted).collect(),
+        [3, 0, 2, 1].map(square).to_vec(),
+        [
+            between.chambers_mm,
+            vec![regular(4, [70.0, 40.0], 2.0, 0.5)],
+        ]
+        .concat(),
+        (0..3)
+            .map(|k| regular(5, [16.0 + 24.0 * k as f64, 40.0], 9.0, 0.3))
+            .collect(),
+    ];
+    for (k, chambers_mm) in rows.into_iter().enumerate() {
+        let turned = chambers_mm
+            .iter()
+            .map(|c| c.iter().map(|[x, y]| [*y, *x]).rev().collect())
+            .collect();
+        for chambers_mm in [chambers_mm, turned] {
+            let count = chambers_mm.len();
+            let unit = Unit { chambers_mm };
+            let mesh = mesh_of(&cascade(&unit, [80.0, 80.0], 2), PlanElement::Quad9);
+            assert!(mesh.scaled_jacobian > 0.2, "{k}: {}", mesh.scaled_jacobian);
+            let bound = quality::least_jacobian_bound(&mesh.discretisation.mesh);
+            assert!(bound > 0.0, "{k}: {bound}");
+            assert_eq!(mesh.discretisation.cavities.len(), 2 * count);
+        }
+    }
+}
+
 #[test]
 fn what_is_not_supported_is_said() {
     let mut three = rectangles(20.0, 10.0).units[0].clone();
-    three.chambers_mm.push(regular(4, [70.0, 40.0], 2.0, 0.5));
+    three.chambers_mm.push(regular(4, [70.0, 20.0], 2.0, 0.5));
     let outside = regular(4, [2.0, 40.0], 5.0, 0.0);
     for unit in [
         three,

@@ -3,16 +3,16 @@
 use super::super::*;
 use super::meshes::check;
 use super::shapes::{named, paper_unit, slanted};
-use crate::geometry::StackedPair;
+use crate::geometry::LayoutBoxes;
 use crate::geometry::samples::Stratum;
 
 #[test]
 fn a_plan_follows_other_designs() {
     // From the 1 x 1 start to random designs, and between random designs, in one leap.
-    let start = paper_unit(&StackedPair::PAPER.common_start(), 3);
+    let start = paper_unit(&LayoutBoxes::PAPER.common_start(), 3);
     let mut plan = MeshPlan::choose(&start, PlanElement::Quad9, None).unwrap();
     for index in 0..100 {
-        let x = Stratum::Uniform.design(&StackedPair::PAPER, 7, index);
+        let x = Stratum::Uniform.design(&LayoutBoxes::PAPER, 7, index);
         let actuator = paper_unit(&x, 3);
         let mesh = build(&actuator, &plan).unwrap();
         assert!(mesh.scaled_jacobian > quality::SCALED_JACOBIAN_FLOOR);

@@ -4,7 +4,7 @@ use super::super::*;
 use super::mesh_of;
 use super::shapes::{paper_unit, rectangles, with_radius};
 use crate::geometry::samples::Stratum;
-use crate::geometry::{StackedPair, polygon};
+use crate::geometry::{LayoutBoxes, polygon};
 
 /// Area within a cavity's quadratic edges.
 fn cavity_area(d: &Discretisation, cavity: &Cavity) -> f64 {
@@ -45,7 +45,7 @@ fn random_designs_mesh_with_rounded_corners() {
     ] {
         let mut folds = 0;
         for index in 0..60 {
-            let x = stratum.design(&StackedPair::PAPER, 20_230_328, index);
+            let x = stratum.design(&LayoutBoxes::PAPER, 20_230_328, index);
             let actuator = with_radius(paper_unit(&x, 1), 0.5);
             let plan = MeshPlan::choose(&actuator, PlanElement::Quad9, None).unwrap();
             match build(&actuator, &plan) {

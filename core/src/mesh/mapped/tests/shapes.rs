@@ -1,13 +1,13 @@
 //! The designs that the tests mesh.
 
-use crate::geometry::{Actuator, Point, StackedPair, Unit, cascade, units_of_design};
+use crate::geometry::{Actuator, LayoutBoxes, Point, Unit, cascade, units_of_design};
 
 pub(super) fn paper_unit(x: &[f64], n: usize) -> Actuator {
-    cascade(&units_of_design(x).unwrap()[0], [80.0, 80.0], n)
+    cascade(&units_of_design(x, 16).unwrap()[0], [80.0, 80.0], n)
 }
 
 pub(super) fn rectangles(width: f64, height: f64) -> Actuator {
-    paper_unit(&StackedPair::PAPER.rectangles([width, height]), 3)
+    paper_unit(&LayoutBoxes::PAPER.rectangles([width, height]), 3)
 }
 
 pub(super) fn pair(lower: [Point; 4], upper: [Point; 4]) -> Actuator {
