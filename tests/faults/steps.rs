@@ -44,11 +44,11 @@ fn graph(pause_s: f64) -> Value {
     document
 }
 
+/// What a step took, and what it handed on.
+type TakenAndGiven = (Option<Value>, Option<Value>);
+
 /// Histories, and what each step took and handed on.
-fn found(
-    coordinator: &Coordinator,
-    id: &StudyId,
-) -> (Vec<String>, Vec<(Option<Value>, Option<Value>)>) {
+fn found(coordinator: &Coordinator, id: &StudyId) -> (Vec<String>, Vec<TakenAndGiven>) {
     let steps = coordinator.view(id).steps.into_iter();
     (
         coordinator.histories(id),
@@ -56,7 +56,7 @@ fn found(
     )
 }
 
-fn undisturbed() -> (Vec<String>, Vec<(Option<Value>, Option<Value>)>) {
+fn undisturbed() -> (Vec<String>, Vec<TakenAndGiven>) {
     let folder = Folder::new("steps-undisturbed");
     let coordinator = serve(&folder, "127.0.0.1:0", &[]);
     let _worker = work(&folder, &coordinator.url, &[]);
