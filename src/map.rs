@@ -37,7 +37,7 @@ pub struct Map {
     /// Pressures of each channel, zero among them: odd
     #[arg(long, value_name = "N", default_value_t = DEFAULT_GRID)]
     grid: usize,
-    /// Scores a schedule: hold, swap, overlap, or rows of kPa such as '[[0,0],[15,0],[0,15],[0,0]]'; may be repeated
+    /// Scores a schedule: hold, swap, overlap, or rows of kPa such as `[[0,0],[15,0],[0,15],[0,0]]`; may be repeated
     /// [default: hold, swap, overlap]
     #[arg(long = "schedule", value_name = "NAME|ROWS")]
     schedules: Vec<String>,

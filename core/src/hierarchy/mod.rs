@@ -8,7 +8,7 @@
 //! | [`candidate`] | the N best distinct designs of an ended step |
 //! | [`due`](mod@due) | steps that can begin, and those that never can |
 //! | [`inputs`] | the designs, the layout, the behaviour that a step takes |
-//! | [`given_up`] | what a simplification gave up, seen where its candidates are evaluated again |
+//! | [`given_up`](mod@given_up) | what a simplification gave up, seen where its candidates are evaluated again |
 
 pub mod candidate;
 pub mod due;
