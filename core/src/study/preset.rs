@@ -131,7 +131,7 @@ fn asymmetric_bending() -> Value {
         "name": "asymmetric-bending",
         "actuator": {"unit_mm": [80, 80], "units": 3, "layout": "stacked_pair", "wall_mm": 2, "centre_clearance_mm": 0.5},
         "material": "mold-star-30",
-        "actuation": {"schedule": "hold", "pressure_kpa": 15, "load_steps_per_leg": 4, "spacing": "graded"},
+        "actuation": {"schedule": "hold", "pressure_kpa": 15, "load_steps_per_leg": 8, "spacing": "graded"},
         "step": [{
             "id": "three-units",
             "level": 2,

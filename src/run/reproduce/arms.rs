@@ -117,7 +117,6 @@ fn framework(quick: bool) -> Result<Value, Faults> {
 fn direct(quick: bool) -> Result<Value, Faults> {
     let mut document = parse_toml(DIRECT)?;
     document["name"] = json!("dm-salp");
-    document["actuation"]["spacing"] = json!("graded");
     document["step"][0]["constraints"]["wall_gap_mm"] = json!("off");
     if quick {
         coarse(&mut document);
