@@ -1,5 +1,6 @@
 //! The results of a study as the document that `salp run --json` prints.
 
+use salp_core::hierarchy::StepResult;
 use salp_core::study::Study;
 use salp_protocol::{
     Axis, Best, BestSoFar, Candidate, Curve, EvaluationRow, RestartView, StepState, StepView,
@@ -27,8 +28,6 @@ pub struct Results {
     pub candidates: Vec<Candidate>,
     /// Run time against objective.
     pub curve: Curve,
-    /// How many candidates each step keeps.
-    keeps: Vec<usize>,
     /// Active limits at each step's best design.
     active: Vec<Option<ActiveLimits>>,
     /// Wall time, s.
@@ -61,7 +60,6 @@ impl Results {
             bands,
             candidates: client.candidates(id)?,
             curve: client.curve(id, Axis::Cpu)?,
-            keeps: study.steps.iter().map(|step| step.keeps).collect(),
             seconds,
         })
     }
@@ -134,20 +132,6 @@ impl Results {
                 "limits": self.active(step).map(ActiveLimits::document),
             })
         });
-        let candidates: Vec<Value> = self
-            .candidates
-            .iter()
-            .filter(|c| c.step == step)
-            .take(self.keeps.get(step).copied().unwrap_or(usize::MAX))
-            .map(|c| {
-                json!({
-                    "x": c.x,
-                    "objective": c.objective,
-                    "constraints": c.constraints,
-                    "restart": c.restart,
-                })
-            })
-            .collect();
         let restarts: Vec<Value> = self
             .restarts
             .iter()
@@ -159,9 +143,34 @@ impl Results {
             "status": status,
             "inputs": view.inputs,
             "best": best,
-            "candidates": candidates,
+            "candidates": self.handed_on(step),
             "restarts": restarts,
         })
+    }
+
+    /// What an ended step hands on; of another one the best of each restart so far.
+    fn handed_on(&self, step: usize) -> Vec<Value> {
+        let constraints = |restart: usize, x: &[f64]| {
+            let mut rows = self.ledger.iter();
+            let row = rows.find(|r| (r.step, r.restart) == (step, restart) && r.x == x);
+            row.and_then(|r| Some(r.outcome.as_ref()?.constraints.clone()))
+        };
+        let candidate = |x: &[f64], objective: f64, restart: usize| json!({ "x": x, "objective": objective, "constraints": constraints(restart, x), "restart": restart });
+        let result = self.view.steps[step].result.clone();
+        match result.and_then(|result| serde_json::from_value::<StepResult>(result).ok()) {
+            Some(result) => {
+                let candidates = result.candidates.iter();
+                candidates
+                    .map(|c| candidate(&c.x, c.objective, c.restart))
+                    .collect()
+            }
+            None => {
+                let so_far = self.candidates.iter().filter(|c| c.step == step);
+                so_far
+                    .map(|c| candidate(&c.x, c.objective, c.restart))
+                    .collect()
+            }
+        }
     }
 
     fn restart(&self, restart: &RestartView) -> Value {

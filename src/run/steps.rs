@@ -170,7 +170,8 @@ fn of_step(study: &Study, results: &Results, step: usize) -> Vec<String> {
         ),
     });
     if let Some(best) = &view.best {
-        let unit = s.target.as_ref().map_or("", |target| target.goal.unit());
+        let target = s.target.as_ref();
+        let unit = target.map_or_else(String::new, |target| format!(" {}", target.goal.unit()));
         let layout = match &s.model {
             Model::FeLayouts(model) => format!(", {}", name(&json!(model.at(&best.x).0))),
             _ => String::new(),
@@ -178,7 +179,7 @@ fn of_step(study: &Study, results: &Results, step: usize) -> Vec<String> {
         let result = view.result.clone().unwrap_or(Value::Null);
         let kept: StepResult = serde_json::from_value(result).unwrap_or_default();
         lines.push(format!(
-            "best {} {unit}{layout}; hands on {}",
+            "best {}{unit}{layout}; hands on {}",
             number(Some(best.objective)),
             kept.candidates.len()
         ));

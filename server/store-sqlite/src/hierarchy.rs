@@ -64,31 +64,13 @@ impl SqliteStore {
         step: usize,
         result: &Value,
     ) -> Result<bool, StoreError> {
-        const DOING: &str = "end a step";
-        let result = to_json("result of a step", result)?;
-        let step = step as i64;
-        let mut tx = self.write(DOING).await?;
-        let now = now_ms(&mut tx).await?;
-        let moved = sqlx::query!(
-            "UPDATE steps SET state = 'done', result = ?1, ended_ms = ?2
-             WHERE study = ?3 AND step = ?4 AND state = 'running'
-               AND (SELECT s.state FROM studies s WHERE s.id = ?3) IN ('queued', 'running', 'paused')
-               AND NOT EXISTS (SELECT 1 FROM restarts WHERE study = ?3 AND step = ?4 AND state = 'running')",
+        let change = Change {
+            from: StepState::Running,
+            to: StepState::Done,
             result,
-            now,
-            study.0,
-            step
-        )
-        .execute(&mut *tx)
-        .await
-        .map_err(database(DOING))?;
-        if moved.rows_affected() == 0 {
-            return Ok(false);
-        }
-        let data = json!({ "step": step, "state": "done" });
-        note(&mut tx, study, "step", &data, now).await?;
-        tx.commit().await.map_err(database(DOING))?;
-        Ok(true)
+            doing: "end a step",
+        };
+        self.end(study, step, change).await
     }
 
     pub(crate) async fn block_waiting_step(
@@ -97,29 +79,62 @@ impl SqliteStore {
         step: usize,
         reason: &str,
     ) -> Result<bool, StoreError> {
-        const DOING: &str = "give up a step";
-        let data = json!({ "step": step, "state": "blocked", "reason": reason });
-        let result = to_json("reason of a step", &json!({ "reason": reason }))?;
-        let step = step as i64;
-        let mut tx = self.write(DOING).await?;
+        let change = Change {
+            from: StepState::Waiting,
+            to: StepState::Blocked,
+            result: &json!({ "reason": reason }),
+            doing: "give up a step",
+        };
+        self.end(study, step, change).await
+    }
+
+    /// Ends a step of a study under way, if it is in the state from which it is to leave and none of its restarts runs: one that
+    /// waits has none.
+    async fn end(
+        &self,
+        study: &StudyId,
+        step: usize,
+        change: Change<'_>,
+    ) -> Result<bool, StoreError> {
+        let Change {
+            from, to, doing, ..
+        } = change;
+        let mut data = json!({ "step": step, "state": to });
+        if to == StepState::Blocked {
+            data["reason"] = change.result["reason"].clone();
+        }
+        let result = to_json("result of a step", change.result)?;
+        let (from, to, step) = (from.as_str(), to.as_str(), step as i64);
+        let mut tx = self.write(doing).await?;
         let now = now_ms(&mut tx).await?;
         let moved = sqlx::query!(
-            "UPDATE steps SET state = 'blocked', result = ?1, ended_ms = ?2
-             WHERE study = ?3 AND step = ?4 AND state = 'waiting'
-               AND (SELECT s.state FROM studies s WHERE s.id = ?3) IN ('queued', 'running', 'paused')",
+            "UPDATE steps SET state = ?1, result = ?2, ended_ms = ?3
+             WHERE study = ?4 AND step = ?5 AND state = ?6
+               AND (SELECT s.state FROM studies s WHERE s.id = ?4) IN ('queued', 'running', 'paused')
+               AND NOT EXISTS (SELECT 1 FROM restarts WHERE study = ?4 AND step = ?5 AND state = 'running')",
+            to,
             result,
             now,
             study.0,
-            step
+            step,
+            from
         )
         .execute(&mut *tx)
         .await
-        .map_err(database(DOING))?;
+        .map_err(database(doing))?;
         if moved.rows_affected() == 0 {
             return Ok(false);
         }
         note(&mut tx, study, "step", &data, now).await?;
-        tx.commit().await.map_err(database(DOING))?;
+        tx.commit().await.map_err(database(doing))?;
         Ok(true)
     }
+}
+
+/// The end of a step.
+struct Change<'a> {
+    from: StepState,
+    to: StepState,
+    result: &'a Value,
+    doing: &'static str,
 }
