@@ -157,20 +157,16 @@ impl Results {
         };
         let candidate = |x: &[f64], objective: f64, restart: usize| json!({ "x": x, "objective": objective, "constraints": constraints(restart, x), "restart": restart });
         let result = self.view.steps[step].result.clone();
-        match result.and_then(|result| serde_json::from_value::<StepResult>(result).ok()) {
-            Some(result) => {
-                let candidates = result.candidates.iter();
-                candidates
-                    .map(|c| candidate(&c.x, c.objective, c.restart))
-                    .collect()
-            }
-            None => {
-                let so_far = self.candidates.iter().filter(|c| c.step == step);
-                so_far
-                    .map(|c| candidate(&c.x, c.objective, c.restart))
-                    .collect()
-            }
+        if let Some(result) = result.and_then(|r| serde_json::from_value::<StepResult>(r).ok()) {
+            let candidates = result.candidates.iter();
+            return candidates
+                .map(|c| candidate(&c.x, c.objective, c.restart))
+                .collect();
         }
+        let so_far = self.candidates.iter().filter(|c| c.step == step);
+        so_far
+            .map(|c| candidate(&c.x, c.objective, c.restart))
+            .collect()
     }
 
     fn restart(&self, restart: &RestartView) -> Value {
