@@ -9,6 +9,7 @@ mod contract;
 mod convergence;
 mod differences;
 mod gcmma;
+mod method;
 mod mmfd;
 mod multipliers;
 mod nnls;

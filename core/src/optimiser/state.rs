@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     contract::{Ask, Told},
     gcmma::Gcmma,
+    method::Method,
     mmfd::Mmfd,
     options::OptimiserOptions,
     point::Point,
@@ -68,17 +69,7 @@ pub fn start(
 /// An answer that is missing, of the wrong length or not finite counts as [`Told::Failed`]; surplus ones are ignored.
 /// A finished run stays finished.
 pub fn step(state: &OptimiserState, told: &[Told]) -> Step {
-    let mut state = state.clone();
-    match &mut state {
-        OptimiserState::Mmfd(mmfd) => mmfd.tell(told),
-        OptimiserState::Gcmma(gcmma) => gcmma.tell(told),
-        OptimiserState::Sweep(sweep) => sweep.tell(told),
-    }
-    Step {
-        asks: state.asks(),
-        done: state.done(),
-        state,
-    }
+    moved(state, |method| method.tell(told))
 }
 
 /// Asks for the iterate again because the model's values have changed their meaning (a new mesh plan), and forgets what
@@ -86,12 +77,12 @@ pub fn step(state: &OptimiserState, told: &[Told]) -> Step {
 /// change. Step lengths, scales and learnt curvature stay: they only guess at the next step. What was asked before is
 /// void. A finished run, and a sweep, are left as they are.
 pub fn rebase(state: &OptimiserState) -> Step {
+    moved(state, |method| method.rebase())
+}
+
+fn moved(state: &OptimiserState, by: impl FnOnce(&mut dyn Method)) -> Step {
     let mut state = state.clone();
-    match &mut state {
-        OptimiserState::Mmfd(mmfd) => mmfd.rebase(),
-        OptimiserState::Gcmma(gcmma) => gcmma.rebase(),
-        OptimiserState::Sweep(_) => {}
-    }
+    by(state.method_mut());
     Step {
         asks: state.asks(),
         done: state.done(),
@@ -100,86 +91,66 @@ pub fn rebase(state: &OptimiserState) -> Step {
 }
 
 impl OptimiserState {
+    fn method(&self) -> &dyn Method {
+        match self {
+            Self::Mmfd(mmfd) => &**mmfd,
+            Self::Gcmma(gcmma) => &**gcmma,
+            Self::Sweep(sweep) => sweep,
+        }
+    }
+
+    fn method_mut(&mut self) -> &mut dyn Method {
+        match self {
+            Self::Mmfd(mmfd) => &mut **mmfd,
+            Self::Gcmma(gcmma) => &mut **gcmma,
+            Self::Sweep(sweep) => sweep,
+        }
+    }
+
     /// The points whose answers the run waits for.
     pub fn asks(&self) -> Vec<Ask> {
-        match self {
-            Self::Mmfd(mmfd) => mmfd.asks(),
-            Self::Gcmma(gcmma) => gcmma.asks(),
-            Self::Sweep(sweep) => sweep.asks(),
-        }
+        self.method().asks()
     }
 
     /// Why the run is over, if it is.
     pub fn done(&self) -> Option<StopReason> {
-        match self {
-            Self::Mmfd(mmfd) => mmfd.done(),
-            Self::Gcmma(gcmma) => gcmma.done(),
-            Self::Sweep(sweep) => sweep.done,
-        }
+        self.method().done()
     }
 
     /// The current iterate with its values, once it has some; a sweep's is its best point.
     pub fn iterate(&self) -> Option<&Point> {
-        match self {
-            Self::Mmfd(mmfd) => mmfd.iterate(),
-            Self::Gcmma(gcmma) => gcmma.iterate(),
-            Self::Sweep(sweep) => sweep.best.as_ref(),
-        }
+        self.method().iterate()
     }
 
     /// The best point evaluated: of those within the violation tolerance the one with the lowest objective, else the
     /// one with the least violation. After a [`rebase`] it counts from there.
     pub fn best(&self) -> Option<&Point> {
-        match self {
-            Self::Mmfd(mmfd) => mmfd.best(),
-            Self::Gcmma(gcmma) => gcmma.best(),
-            Self::Sweep(sweep) => sweep.best.as_ref(),
-        }
+        self.method().best()
     }
 
     /// Iterations completed.
     pub fn iteration(&self) -> usize {
-        match self {
-            Self::Mmfd(mmfd) => mmfd.iteration(),
-            Self::Gcmma(gcmma) => gcmma.iteration(),
-            Self::Sweep(_) => 0,
-        }
+        self.method().iteration()
     }
 
     /// Whether the pending asks open a new iteration: the moment at which a [`rebase`] loses no work.
     pub fn at_iteration_boundary(&self) -> bool {
-        match self {
-            Self::Mmfd(mmfd) => mmfd.at_iteration_boundary(),
-            Self::Gcmma(gcmma) => gcmma.at_iteration_boundary(),
-            Self::Sweep(_) => false,
-        }
+        self.method().at_iteration_boundary()
     }
 
     /// Points answered, those of differences included, gradients at points with known values excluded.
     pub fn analyses(&self) -> usize {
-        match self {
-            Self::Mmfd(mmfd) => mmfd.analyses(),
-            Self::Gcmma(gcmma) => gcmma.analyses(),
-            Self::Sweep(sweep) => sweep.analyses,
-        }
+        self.method().analyses()
     }
 
     /// Gradients had: from the model, or from a batch of differences.
     pub fn gradients(&self) -> usize {
-        match self {
-            Self::Mmfd(mmfd) => mmfd.gradients(),
-            Self::Gcmma(gcmma) => gcmma.gradients(),
-            Self::Sweep(_) => 0,
-        }
+        self.method().gradients()
     }
 
     /// Lagrange multipliers of the last direction, one per constraint (d objective / d constraint, sign reversed;
     /// of either sign for equalities).
     pub fn multipliers(&self) -> Vec<f64> {
-        match self {
-            Self::Mmfd(mmfd) => mmfd.multipliers().to_vec(),
-            Self::Gcmma(gcmma) => gcmma.multipliers(),
-            Self::Sweep(_) => Vec::new(),
-        }
+        self.method().multipliers()
     }
 }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     contract::{Ask, AskKind, Told},
+    method::Method,
     options::SweepOptions,
     point::{Point, keep_best},
     problem::{Problem, StartError},
@@ -16,9 +17,9 @@ pub struct Sweep {
     problem: Problem,
     points: Vec<Vec<f64>>,
     violation_tolerance: f64,
-    pub(crate) best: Option<Point>,
-    pub(crate) analyses: usize,
-    pub(crate) done: Option<StopReason>,
+    best: Option<Point>,
+    analyses: usize,
+    done: Option<StopReason>,
 }
 
 impl Sweep {
@@ -44,8 +45,10 @@ impl Sweep {
             done: None,
         })
     }
+}
 
-    pub(crate) fn asks(&self) -> Vec<Ask> {
+impl Method for Sweep {
+    fn asks(&self) -> Vec<Ask> {
         if self.done.is_some() {
             return Vec::new();
         }
@@ -58,7 +61,7 @@ impl Sweep {
         self.points.iter().map(ask).collect()
     }
 
-    pub(crate) fn tell(&mut self, told: &[Told]) {
+    fn tell(&mut self, told: &[Told]) {
         if self.done.is_some() {
             return;
         }
@@ -77,5 +80,39 @@ impl Sweep {
             points: self.points.len(),
             failed,
         });
+    }
+
+    fn rebase(&mut self) {}
+
+    fn done(&self) -> Option<StopReason> {
+        self.done
+    }
+
+    fn iterate(&self) -> Option<&Point> {
+        self.best.as_ref()
+    }
+
+    fn best(&self) -> Option<&Point> {
+        self.best.as_ref()
+    }
+
+    fn iteration(&self) -> usize {
+        0
+    }
+
+    fn at_iteration_boundary(&self) -> bool {
+        false
+    }
+
+    fn analyses(&self) -> usize {
+        self.analyses
+    }
+
+    fn gradients(&self) -> usize {
+        0
+    }
+
+    fn multipliers(&self) -> Vec<f64> {
+        Vec::new()
     }
 }

@@ -79,7 +79,7 @@ impl StudyStep {
     pub fn restart_count(&self) -> usize {
         let starts = match self.optimiser {
             OptimiserOptions::Sweep(_) => 1,
-            OptimiserOptions::Mmfd(_) | OptimiserOptions::Gcmma(_) => self
+            _ => self
                 .restarts
                 .start
                 .iter()
@@ -132,7 +132,7 @@ impl Study {
                     orientation: None,
                 });
             }
-            OptimiserOptions::Mmfd(_) | OptimiserOptions::Gcmma(_) => {
+            _ => {
                 for kind in &s.restarts.start {
                     study.add_starts(step, s, *kind, inputs, &mut starts)?;
                 }

@@ -32,6 +32,7 @@ use super::{
     contract::{Ask, AskKind, Told},
     convergence::Convergence,
     differences::Differences,
+    method::Method,
     options::GradientSource,
     point::Point,
     problem::Problem,
@@ -123,52 +124,27 @@ impl Gcmma {
         }
     }
 
-    pub(super) fn done(&self) -> Option<StopReason> {
-        match self.phase {
-            Phase::Done(reason) => Some(reason),
-            _ => None,
-        }
-    }
-
-    pub(super) fn iterate(&self) -> Option<&Point> {
-        self.iterate.as_ref()
-    }
-
-    pub(super) fn best(&self) -> Option<&Point> {
-        self.best.as_ref()
-    }
-
-    pub(super) fn iteration(&self) -> usize {
-        self.iteration
-    }
-
-    pub(super) fn at_iteration_boundary(&self) -> bool {
-        self.boundary && self.done().is_none()
-    }
-
-    pub(super) fn analyses(&self) -> usize {
-        self.analyses
-    }
-
-    pub(super) fn gradients(&self) -> usize {
-        self.gradients
-    }
-
-    /// One per constraint; an equality's is the difference of its two rows'.
-    pub(super) fn multipliers(&self) -> Vec<f64> {
-        let mut told = vec![0.0; self.problem.constraints()];
-        for (row, multiplier) in self.multipliers.iter().enumerate() {
-            let (index, sign) = super::rows::constraint(&self.problem, row);
-            told[index] += sign * multiplier;
-        }
-        told
-    }
-
     fn eager(&self) -> bool {
         self.options.eager_gradients && self.options.gradient == GradientSource::Model
     }
 
-    pub(super) fn asks(&self) -> Vec<Ask> {
+    /// A point between the iterate and the one before.
+    fn backed_off(&self, backoff: usize) -> Vec<f64> {
+        let fraction = 0.5_f64.powi(backoff as i32);
+        match &self.previous {
+            Some(previous) if backoff > 0 => previous
+                .x
+                .iter()
+                .zip(&self.x)
+                .map(|(from, to)| from + fraction * (to - from))
+                .collect(),
+            _ => self.x.clone(),
+        }
+    }
+}
+
+impl Method for Gcmma {
+    fn asks(&self) -> Vec<Ask> {
         let ask = |kind, x, want_gradient| Ask {
             kind,
             x,
@@ -202,7 +178,7 @@ impl Gcmma {
     }
 
     /// Takes the answers to the pending asks.
-    pub(super) fn tell(&mut self, told: &[Told]) {
+    fn tell(&mut self, told: &[Told]) {
         self.boundary = false;
         match self.phase.clone() {
             Phase::Start { attempt, replan } => self.told_start(attempt, replan, told),
@@ -216,7 +192,7 @@ impl Gcmma {
     /// Asks for the iterate again and forgets what its old values had taught. Asymptotes and reaches stay: they rest on
     /// where the iterates were. So do the values before, moved by as much as the iterate's will have changed: they only
     /// guess at the first rho.
-    pub(super) fn rebase(&mut self) {
+    fn rebase(&mut self) {
         if self.done().is_none() {
             self.phase = Phase::Start {
                 attempt: 0,
@@ -230,17 +206,44 @@ impl Gcmma {
         }
     }
 
-    /// A point between the iterate and the one before.
-    fn backed_off(&self, backoff: usize) -> Vec<f64> {
-        let fraction = 0.5_f64.powi(backoff as i32);
-        match &self.previous {
-            Some(previous) if backoff > 0 => previous
-                .x
-                .iter()
-                .zip(&self.x)
-                .map(|(from, to)| from + fraction * (to - from))
-                .collect(),
-            _ => self.x.clone(),
+    fn done(&self) -> Option<StopReason> {
+        match self.phase {
+            Phase::Done(reason) => Some(reason),
+            _ => None,
         }
+    }
+
+    fn iterate(&self) -> Option<&Point> {
+        self.iterate.as_ref()
+    }
+
+    fn best(&self) -> Option<&Point> {
+        self.best.as_ref()
+    }
+
+    fn iteration(&self) -> usize {
+        self.iteration
+    }
+
+    fn at_iteration_boundary(&self) -> bool {
+        self.boundary && self.done().is_none()
+    }
+
+    fn analyses(&self) -> usize {
+        self.analyses
+    }
+
+    fn gradients(&self) -> usize {
+        self.gradients
+    }
+
+    /// One per constraint; an equality's is the difference of its two rows'.
+    fn multipliers(&self) -> Vec<f64> {
+        let mut told = vec![0.0; self.problem.constraints()];
+        for (row, multiplier) in self.multipliers.iter().enumerate() {
+            let (index, sign) = super::rows::constraint(&self.problem, row);
+            told[index] += sign * multiplier;
+        }
+        told
     }
 }

@@ -36,6 +36,7 @@ use self::{
 use super::{
     contract::{Ask, AskKind, Told},
     differences::Differences,
+    method::Method,
     options::{Curvature, GradientSource, MmfdOptions},
     point::Point,
     problem::Problem,
@@ -119,113 +120,8 @@ impl Mmfd {
         }
     }
 
-    pub(super) fn done(&self) -> Option<StopReason> {
-        match self.phase {
-            Phase::Done(reason) => Some(reason),
-            _ => None,
-        }
-    }
-
-    pub(super) fn iterate(&self) -> Option<&Point> {
-        self.iterate.as_ref()
-    }
-
-    pub(super) fn best(&self) -> Option<&Point> {
-        self.best.as_ref()
-    }
-
-    pub(super) fn iteration(&self) -> usize {
-        self.iteration
-    }
-
-    pub(super) fn at_iteration_boundary(&self) -> bool {
-        self.boundary && self.done().is_none()
-    }
-
-    pub(super) fn analyses(&self) -> usize {
-        self.analyses
-    }
-
-    pub(super) fn gradients(&self) -> usize {
-        self.gradients
-    }
-
-    pub(super) fn multipliers(&self) -> &[f64] {
-        &self.multipliers
-    }
-
     fn eager(&self) -> bool {
         self.options.eager_gradients && self.options.gradient == GradientSource::Model
-    }
-
-    pub(super) fn asks(&self) -> Vec<Ask> {
-        let ask = |kind, x, want_gradient| Ask {
-            kind,
-            x,
-            want_gradient,
-            iteration: self.iteration,
-        };
-        match &self.phase {
-            Phase::Start { attempt, replan } => {
-                let kind = if *replan {
-                    AskKind::Replan
-                } else {
-                    AskKind::Initial
-                };
-                vec![ask(
-                    kind,
-                    self.problem.nudged(&self.x, *attempt),
-                    self.eager(),
-                )]
-            }
-            Phase::ModelGradient { backoff } => {
-                vec![ask(AskKind::Gradient, self.backed_off(*backoff), true)]
-            }
-            Phase::Differences(differences) => differences
-                .points(&self.x)
-                .into_iter()
-                .map(|x| ask(AskKind::Gradient, x, false))
-                .collect(),
-            Phase::Search(search) => {
-                let kind = match search.pending {
-                    Pending::Trial { .. } => AskKind::Trial,
-                    Pending::Return { .. } => AskKind::Return,
-                };
-                let x = self
-                    .setting()
-                    .map_or_else(|| self.x.clone(), |setting| search.x(&setting));
-                vec![ask(kind, x, self.eager())]
-            }
-            Phase::Done(_) => Vec::new(),
-        }
-    }
-
-    /// Takes the answers to the pending asks.
-    pub(super) fn tell(&mut self, told: &[Told]) {
-        self.boundary = false;
-        match self.phase.clone() {
-            Phase::Start { attempt, .. } => self.told_start(attempt, told),
-            Phase::ModelGradient { backoff } => self.told_gradient(backoff, told),
-            Phase::Differences(differences) => self.told_differences(differences, told),
-            Phase::Search(search) => self.told_search(*search, told),
-            Phase::Done(_) => {}
-        }
-    }
-
-    /// Asks for the iterate again and forgets what its old values had taught. Scales, step lengths and curvature stay:
-    /// they are guesses at the next step, which no conclusion rests on.
-    pub(super) fn rebase(&mut self) {
-        if self.done().is_none() {
-            self.phase = Phase::Start {
-                attempt: 0,
-                replan: self.iterate.is_some(),
-            };
-            self.boundary = false;
-            self.gradient = None;
-            self.previous = None;
-            self.best = None;
-            self.memory.forget_values();
-        }
     }
 
     /// The moves that make the metric at a point, if they may.
@@ -269,5 +165,112 @@ impl Mmfd {
                 .collect(),
             _ => self.x.clone(),
         }
+    }
+}
+
+impl Method for Mmfd {
+    fn asks(&self) -> Vec<Ask> {
+        let ask = |kind, x, want_gradient| Ask {
+            kind,
+            x,
+            want_gradient,
+            iteration: self.iteration,
+        };
+        match &self.phase {
+            Phase::Start { attempt, replan } => {
+                let kind = if *replan {
+                    AskKind::Replan
+                } else {
+                    AskKind::Initial
+                };
+                vec![ask(
+                    kind,
+                    self.problem.nudged(&self.x, *attempt),
+                    self.eager(),
+                )]
+            }
+            Phase::ModelGradient { backoff } => {
+                vec![ask(AskKind::Gradient, self.backed_off(*backoff), true)]
+            }
+            Phase::Differences(differences) => differences
+                .points(&self.x)
+                .into_iter()
+                .map(|x| ask(AskKind::Gradient, x, false))
+                .collect(),
+            Phase::Search(search) => {
+                let kind = match search.pending {
+                    Pending::Trial { .. } => AskKind::Trial,
+                    Pending::Return { .. } => AskKind::Return,
+                };
+                let x = self
+                    .setting()
+                    .map_or_else(|| self.x.clone(), |setting| search.x(&setting));
+                vec![ask(kind, x, self.eager())]
+            }
+            Phase::Done(_) => Vec::new(),
+        }
+    }
+
+    /// Takes the answers to the pending asks.
+    fn tell(&mut self, told: &[Told]) {
+        self.boundary = false;
+        match self.phase.clone() {
+            Phase::Start { attempt, .. } => self.told_start(attempt, told),
+            Phase::ModelGradient { backoff } => self.told_gradient(backoff, told),
+            Phase::Differences(differences) => self.told_differences(differences, told),
+            Phase::Search(search) => self.told_search(*search, told),
+            Phase::Done(_) => {}
+        }
+    }
+
+    /// Asks for the iterate again and forgets what its old values had taught. Scales, step lengths and curvature stay:
+    /// they are guesses at the next step, which no conclusion rests on.
+    fn rebase(&mut self) {
+        if self.done().is_none() {
+            self.phase = Phase::Start {
+                attempt: 0,
+                replan: self.iterate.is_some(),
+            };
+            self.boundary = false;
+            self.gradient = None;
+            self.previous = None;
+            self.best = None;
+            self.memory.forget_values();
+        }
+    }
+
+    fn done(&self) -> Option<StopReason> {
+        match self.phase {
+            Phase::Done(reason) => Some(reason),
+            _ => None,
+        }
+    }
+
+    fn iterate(&self) -> Option<&Point> {
+        self.iterate.as_ref()
+    }
+
+    fn best(&self) -> Option<&Point> {
+        self.best.as_ref()
+    }
+
+    fn iteration(&self) -> usize {
+        self.iteration
+    }
+
+    fn at_iteration_boundary(&self) -> bool {
+        self.boundary && self.done().is_none()
+    }
+
+    fn analyses(&self) -> usize {
+        self.analyses
+    }
+
+    fn gradients(&self) -> usize {
+        self.gradients
+    }
+
+    fn multipliers(&self) -> Vec<f64> {
+        self.multipliers.clone()
     }
 }

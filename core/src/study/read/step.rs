@@ -185,7 +185,7 @@ fn check_budget(step: &Object<'_>, read: &StudyStep) -> Option<()> {
     let least = read.restart_count()
         * match &read.optimiser {
             OptimiserOptions::Sweep(options) => options.points.len(),
-            OptimiserOptions::Mmfd(_) | OptimiserOptions::Gcmma(_) => 1,
+            _ => 1,
         };
     let Some(evaluations) = read.budget.evaluations.filter(|e| *e < least) else {
         return Some(());
