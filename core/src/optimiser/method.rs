@@ -1,0 +1,43 @@
+//! What every method is to the door in [`state`](super::state).
+
+use super::{
+    contract::{Ask, Told},
+    point::Point,
+    stop::StopReason,
+};
+
+/// A run of one method between two evaluations.
+pub(super) trait Method {
+    /// The points whose answers the run waits for; none when it is over.
+    fn asks(&self) -> Vec<Ask>;
+
+    /// Takes the answers to the pending asks, in their order. A finished run stays finished.
+    fn tell(&mut self, told: &[Told]);
+
+    /// Asks for the iterate again and forgets what rests on its old values.
+    fn rebase(&mut self);
+
+    /// Why the run is over, if it is.
+    fn done(&self) -> Option<StopReason>;
+
+    /// The current iterate with its values, once it has some.
+    fn iterate(&self) -> Option<&Point>;
+
+    /// The best point evaluated.
+    fn best(&self) -> Option<&Point>;
+
+    /// Iterations completed.
+    fn iteration(&self) -> usize;
+
+    /// Whether the pending asks open a new iteration.
+    fn at_iteration_boundary(&self) -> bool;
+
+    /// Points answered, gradients at points with known values excluded.
+    fn analyses(&self) -> usize;
+
+    /// Gradients had.
+    fn gradients(&self) -> usize;
+
+    /// Lagrange multipliers, one per constraint; empty where the method has none.
+    fn multipliers(&self) -> Vec<f64>;
+}
