@@ -9,6 +9,7 @@ mod contract;
 mod convergence;
 mod differences;
 mod gcmma;
+mod linearisation;
 mod method;
 mod mmfd;
 mod multipliers;

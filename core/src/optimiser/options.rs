@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::gcmma::GcmmaOptions;
+use super::{convergence::Rules, gcmma::GcmmaOptions, linearisation::Common};
 use crate::fault::Faults;
 
 /// An optimiser and its options.
@@ -172,6 +172,23 @@ impl OptimiserOptions {
 }
 
 impl MmfdOptions {
+    pub(super) fn common(&self) -> Common {
+        Common {
+            gradient: self.gradient,
+            eager_gradients: self.eager_gradients,
+            difference_step: self.difference_step,
+            least_difference_step: self.least_difference_step,
+            absolute_tolerance: self.absolute_tolerance,
+            absolute_share: 1e-4,
+            rules: Rules {
+                relative_tolerance: self.relative_tolerance,
+                consecutive: self.consecutive,
+                stall_factor: self.stall_factor,
+                violation_tolerance: self.violation_tolerance,
+            },
+        }
+    }
+
     /// Notes every option outside its range, under `path`.
     pub fn faults(&self, path: &str, faults: &mut Faults) {
         positive(

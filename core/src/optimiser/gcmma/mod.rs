@@ -30,29 +30,19 @@ pub use self::options::GcmmaOptions;
 use self::asymptotes::Asymptotes;
 use super::{
     contract::{Ask, AskKind, Told},
-    convergence::Convergence,
-    differences::Differences,
+    linearisation::{Linearisation, Pending},
     method::Method,
-    options::GradientSource,
     point::Point,
     problem::Problem,
-    rows::Gradient,
     stop::StopReason,
 };
-
-/// Points between the last two iterates tried where the model has values but no gradient.
-const BACKOFFS: usize = 2;
 
 /// What the run waits for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Phase {
-    /// Values at the start, or again at the iterate under a new mesh plan.
-    Start { attempt: usize, replan: bool },
-    /// The model's gradient at the iterate, or (`backoff` > 0) values and gradient nearer to the last iterate.
-    ModelGradient { backoff: usize },
-    /// A batch of differences at the iterate.
-    Differences(Differences),
+    /// Values and gradients at the iterate.
+    Linearise(Pending),
     /// The minimum of the approximations.
     Trial(Box<Trial>),
     /// Nothing.
@@ -75,115 +65,51 @@ struct Trial {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gcmma {
     options: GcmmaOptions,
-    problem: Problem,
     phase: Phase,
-    /// Design variables of the iterate.
-    x: Vec<f64>,
-    /// The iterate, once evaluated.
-    iterate: Option<Point>,
-    /// Gradients at the iterate.
-    gradient: Option<Gradient>,
-    /// The iterate before.
-    previous: Option<Point>,
-    best: Option<Point>,
+    here: Linearisation,
     asymptotes: Asymptotes,
-    convergence: Convergence,
     /// Multipliers of the rows.
     multipliers: Vec<f64>,
-    iteration: usize,
     /// Consecutive iterations outside the feasible region.
     infeasible: usize,
-    /// The pending asks open an iteration.
-    boundary: bool,
-    analyses: usize,
-    gradients: usize,
 }
 
 impl Gcmma {
     pub(super) fn start(options: GcmmaOptions, problem: Problem, x0: Vec<f64>) -> Self {
         Self {
             asymptotes: Asymptotes::new(&problem, &x0, options.first_move),
-            convergence: Convergence::new(options.absolute_tolerance.unwrap_or(0.0)),
             options,
-            phase: Phase::Start {
-                attempt: 0,
-                replan: false,
-            },
-            x: x0,
-            iterate: None,
-            gradient: None,
-            previous: None,
-            best: None,
+            phase: Phase::Linearise(Pending::start()),
             multipliers: vec![0.0; super::rows::count(&problem)],
-            problem,
-            iteration: 0,
+            here: Linearisation::new(problem, x0),
             infeasible: 0,
-            boundary: false,
-            analyses: 0,
-            gradients: 0,
-        }
-    }
-
-    fn eager(&self) -> bool {
-        self.options.eager_gradients && self.options.gradient == GradientSource::Model
-    }
-
-    /// A point between the iterate and the one before.
-    fn backed_off(&self, backoff: usize) -> Vec<f64> {
-        let fraction = 0.5_f64.powi(backoff as i32);
-        match &self.previous {
-            Some(previous) if backoff > 0 => previous
-                .x
-                .iter()
-                .zip(&self.x)
-                .map(|(from, to)| from + fraction * (to - from))
-                .collect(),
-            _ => self.x.clone(),
         }
     }
 }
 
 impl Method for Gcmma {
     fn asks(&self) -> Vec<Ask> {
-        let ask = |kind, x, want_gradient| Ask {
-            kind,
-            x,
-            want_gradient,
-            iteration: self.iteration,
-        };
+        let common = self.options.common();
         match &self.phase {
-            Phase::Start { attempt, replan } => {
-                let kind = if *replan {
-                    AskKind::Replan
-                } else {
-                    AskKind::Initial
-                };
-                vec![ask(
-                    kind,
-                    self.problem.nudged(&self.x, *attempt),
-                    self.eager(),
-                )]
+            Phase::Linearise(pending) => self.here.asks(pending, &common),
+            Phase::Trial(trial) => {
+                vec![
+                    self.here
+                        .ask(AskKind::Trial, trial.x.clone(), common.eager()),
+                ]
             }
-            Phase::ModelGradient { backoff } => {
-                vec![ask(AskKind::Gradient, self.backed_off(*backoff), true)]
-            }
-            Phase::Differences(differences) => differences
-                .points(&self.x)
-                .into_iter()
-                .map(|x| ask(AskKind::Gradient, x, false))
-                .collect(),
-            Phase::Trial(trial) => vec![ask(AskKind::Trial, trial.x.clone(), self.eager())],
             Phase::Done(_) => Vec::new(),
         }
     }
 
     /// Takes the answers to the pending asks.
     fn tell(&mut self, told: &[Told]) {
-        self.boundary = false;
+        self.here.boundary = false;
         match self.phase.clone() {
-            Phase::Start { attempt, replan } => self.told_start(attempt, replan, told),
-            Phase::ModelGradient { backoff } => self.told_gradient(backoff, told),
-            Phase::Differences(differences) => self.told_differences(differences, told),
+            Phase::Linearise(pending) => {
+                let next = self.here.tell(pending, &self.options.common(), told);
+                self.follow(next);
+            }
             Phase::Trial(trial) => self.told_trial(*trial, told),
             Phase::Done(_) => {}
         }
@@ -194,15 +120,8 @@ impl Method for Gcmma {
     /// guess at the first rho.
     fn rebase(&mut self) {
         if self.done().is_none() {
-            self.phase = Phase::Start {
-                attempt: 0,
-                replan: self.iterate.is_some(),
-            };
-            self.boundary = false;
-            self.gradient = None;
-            self.best = None;
+            self.phase = Phase::Linearise(self.here.rebase());
             self.infeasible = 0;
-            self.convergence.forget_values();
         }
     }
 
@@ -214,34 +133,34 @@ impl Method for Gcmma {
     }
 
     fn iterate(&self) -> Option<&Point> {
-        self.iterate.as_ref()
+        self.here.iterate.as_ref()
     }
 
     fn best(&self) -> Option<&Point> {
-        self.best.as_ref()
+        self.here.best.as_ref()
     }
 
     fn iteration(&self) -> usize {
-        self.iteration
+        self.here.iteration
     }
 
     fn at_iteration_boundary(&self) -> bool {
-        self.boundary && self.done().is_none()
+        self.here.boundary && self.done().is_none()
     }
 
     fn analyses(&self) -> usize {
-        self.analyses
+        self.here.analyses
     }
 
     fn gradients(&self) -> usize {
-        self.gradients
+        self.here.gradients
     }
 
     /// One per constraint; an equality's is the difference of its two rows'.
     fn multipliers(&self) -> Vec<f64> {
-        let mut told = vec![0.0; self.problem.constraints()];
+        let mut told = vec![0.0; self.here.problem.constraints()];
         for (row, multiplier) in self.multipliers.iter().enumerate() {
-            let (index, sign) = super::rows::constraint(&self.problem, row);
+            let (index, sign) = super::rows::constraint(&self.here.problem, row);
             told[index] += sign * multiplier;
         }
         told

@@ -4,7 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     fault::Faults,
-    optimiser::options::{GradientSource, at_least_one, not_negative, positive},
+    optimiser::{
+        convergence::Rules,
+        linearisation::Common,
+        options::{GradientSource, at_least_one, not_negative, positive},
+    },
 };
 
 /// Options of the method of moving asymptotes, globally convergent (GCMMA) or not (MMA).
@@ -68,6 +72,23 @@ impl Default for GcmmaOptions {
 }
 
 impl GcmmaOptions {
+    pub(super) fn common(&self) -> Common {
+        Common {
+            gradient: self.gradient,
+            eager_gradients: self.eager_gradients,
+            difference_step: self.difference_step,
+            least_difference_step: self.least_difference_step,
+            absolute_tolerance: self.absolute_tolerance,
+            absolute_share: 1e-8,
+            rules: Rules {
+                relative_tolerance: self.relative_tolerance,
+                consecutive: self.consecutive,
+                stall_factor: self.stall_factor,
+                violation_tolerance: self.violation_tolerance,
+            },
+        }
+    }
+
     /// Notes every option outside its range, under `path`.
     pub fn faults(&self, path: &str, faults: &mut Faults) {
         positive(

@@ -1,16 +1,15 @@
 //! What an answer leads to, phase by phase.
 
 use super::{
-    BACKOFFS, Gcmma, GradientSource, Phase, Trial,
+    Gcmma, Phase, Trial,
     model::{Function, Model},
     subproblem::Subproblem,
 };
 use crate::optimiser::{
-    contract::{Told, Values},
-    convergence::Rules,
-    differences::Differences,
-    point::{Point, keep_best},
-    problem::NUDGES,
+    contract::Told,
+    linearisation::Next,
+    options::GradientSource,
+    point::Point,
     rows::Gradient,
     stop::{StopReason, UNBOUNDED},
     vector::largest,
@@ -48,155 +47,19 @@ const AT_BOUND: f64 = 1e-6;
 const SHORTEST: f64 = 1e-9;
 
 impl Gcmma {
-    fn note(&mut self, x: Vec<f64>, values: &Values) -> (Point, Option<Gradient>) {
-        let point = Point::new(&self.problem, x, values);
-        keep_best(&mut self.best, &point, self.options.violation_tolerance);
-        self.note_progress();
-        let gradient = Gradient::of(&self.problem, values);
-        if gradient.is_some() {
-            self.gradients += 1;
-        }
-        (point, gradient)
-    }
-
-    fn note_progress(&mut self) {
-        self.convergence.note(
-            self.cost(),
-            self.iteration,
-            self.best.as_ref(),
-            self.options.violation_tolerance,
-        );
-    }
-
-    /// What the run has cost: analyses, and the model's gradients.
-    fn cost(&self) -> usize {
-        match self.options.gradient {
-            GradientSource::Model => self.analyses + self.gradients,
-            GradientSource::Differences => self.analyses,
-        }
-    }
-
-    pub(super) fn told_start(&mut self, attempt: usize, replan: bool, told: &[Told]) {
-        self.analyses += 1;
-        let x = self.problem.nudged(&self.x, attempt);
-        let Some(values) = self.problem.usable(told.first()) else {
-            self.phase = if attempt + 1 < NUDGES.len() {
-                Phase::Start {
-                    attempt: attempt + 1,
-                    replan,
-                }
-            } else {
-                Phase::Done(StopReason::FailedStart {
-                    attempts: attempt + 1,
-                })
-            };
-            return;
-        };
-        let (point, gradient) = self.note(x, values);
-        if !replan {
-            self.convergence.absolute_tolerance = self
-                .options
-                .absolute_tolerance
-                .unwrap_or_else(|| (1e-8 * point.objective.abs()).max(1e-20));
-        }
-        if attempt > 0 {
-            self.previous = None;
-        }
-        if let (Some(old), Some(previous)) = (&self.iterate, &mut self.previous) {
-            let constraints = previous.constraints.iter_mut();
-            for (value, (new, old)) in
-                constraints.zip(point.constraints.iter().zip(&old.constraints))
-            {
-                *value += new - old;
-            }
-        }
-        self.x.clone_from(&point.x);
-        self.iterate = Some(point);
-        self.gradient = gradient;
-        self.open_iteration();
-    }
-
-    pub(super) fn told_gradient(&mut self, backoff: usize, told: &[Told]) {
-        if backoff > 0 {
-            self.analyses += 1;
-        }
-        if let Some(values) = self.problem.usable(told.first())
-            && Gradient::of(&self.problem, values).is_some()
-        {
-            if backoff > 0 {
-                let (point, gradient) = self.note(self.backed_off(backoff), values);
-                self.x.clone_from(&point.x);
-                self.iterate = Some(point);
-                self.gradient = gradient;
-            } else {
-                self.gradients += 1;
-                self.gradient = Gradient::of(&self.problem, values);
-            }
-            self.open_trial();
-        } else if self.previous.is_some() && backoff < BACKOFFS {
-            self.phase = Phase::ModelGradient {
-                backoff: backoff + 1,
-            };
-        } else {
-            self.ask_differences();
-        }
-    }
-
-    fn ask_differences(&mut self) {
-        let options = &self.options;
-        let differences = Differences::new(
-            &self.problem,
-            &self.x,
-            options.difference_step,
-            options.least_difference_step,
-        );
-        self.phase = if differences.len() == 0 {
-            Phase::Done(StopReason::KuhnTucker { residual: 0.0 })
-        } else {
-            Phase::Differences(differences)
-        };
-    }
-
-    pub(super) fn told_differences(&mut self, mut differences: Differences, told: &[Told]) {
-        let points = differences.points(&self.x);
-        for (k, x) in points.into_iter().enumerate() {
-            self.analyses += 1;
-            if let Some(values) = self.problem.usable(told.get(k)) {
-                let point = Point::new(&self.problem, x, values);
-                keep_best(&mut self.best, &point, self.options.violation_tolerance);
-                self.note_progress();
-            }
-        }
-        let Some(at) = &self.iterate else { return };
-        if !differences.tell(&self.problem, at, told) {
-            self.phase = Phase::Differences(differences);
-        } else if let Some(gradient) = differences.gradient(self.problem.constraints()) {
-            self.gradient = Some(gradient);
-            self.gradients += 1;
-            self.open_trial();
-        } else {
-            self.phase = Phase::Done(StopReason::NoGradient {
-                attempts: differences.attempts(),
-            });
-        }
-    }
-
-    /// Opens an iteration at the iterate: its gradient, unless known, then a trial.
-    fn open_iteration(&mut self) {
-        self.boundary = true;
-        if self.gradient.is_some() {
-            self.open_trial();
-        } else if self.options.gradient == GradientSource::Model {
-            self.phase = Phase::ModelGradient { backoff: 0 };
-        } else {
-            self.ask_differences();
+    /// Goes where an answer about the iterate leads.
+    pub(super) fn follow(&mut self, next: Next) {
+        match next {
+            Next::Ask(pending) => self.phase = Phase::Linearise(pending),
+            Next::Linearised => self.open_trial(),
+            Next::Over(reason) => self.phase = Phase::Done(reason),
         }
     }
 
     fn model(&self) -> Option<Model> {
-        let (iterate, gradient) = (self.iterate.as_ref()?, self.gradient.as_ref()?);
+        let (iterate, gradient) = (self.here.iterate.as_ref()?, self.here.gradient.as_ref()?);
         Some(Model::new(
-            &self.problem,
+            &self.here.problem,
             &self.asymptotes,
             iterate,
             gradient,
@@ -217,7 +80,7 @@ impl Gcmma {
 
     /// Asks for the minimum of the approximations.
     fn try_with(&mut self, model: &Model, rho: Vec<f64>, rejected: usize, failed: usize) {
-        let (lower, upper) = self.asymptotes.bounds(&self.problem, &self.x);
+        let (lower, upper) = self.asymptotes.bounds(&self.here.problem, &self.here.x);
         let solution = Subproblem {
             model,
             rho: &rho,
@@ -234,8 +97,8 @@ impl Gcmma {
             .collect();
         let x = self
             .asymptotes
-            .point(&self.problem, &self.x, &solution.step);
-        if largest(&solution.step) < SHORTEST || x == self.x {
+            .point(&self.here.problem, &self.here.x, &solution.step);
+        if largest(&solution.step) < SHORTEST || x == self.here.x {
             self.end_without_step(model, rejected, failed);
             return;
         }
@@ -253,7 +116,7 @@ impl Gcmma {
             self.close_iteration(None);
             return;
         }
-        let violation = self.iterate.as_ref().map_or(0.0, |at| at.violation);
+        let violation = self.here.iterate.as_ref().map_or(0.0, |at| at.violation);
         self.phase = Phase::Done(if violation > self.options.violation_tolerance {
             StopReason::NoFeasibleDesign {
                 iterations: self.infeasible,
@@ -271,14 +134,14 @@ impl Gcmma {
     /// Largest entry of the projected gradient of the Lagrangian, and of what is left of complementarity, in units
     /// of the asymptotes' distances and of the objective's steepest slope; infinite outside the feasible region.
     fn stationarity(&self, model: &Model) -> f64 {
-        let Some(iterate) = &self.iterate else {
+        let Some(iterate) = &self.here.iterate else {
             return f64::INFINITY;
         };
         if iterate.violation > self.options.violation_tolerance {
             return f64::INFINITY;
         }
         let scale = model.functions[0].scale;
-        let mut slope = vec![0.0; self.x.len()];
+        let mut slope = vec![0.0; self.here.x.len()];
         let mut slack: f64 = 0.0;
         for (i, function) in model.functions.iter().enumerate() {
             let weight = if i == 0 {
@@ -295,18 +158,18 @@ impl Gcmma {
         }
         let projected = |j: usize| {
             let bound = if slope[j] > 0.0 {
-                self.problem.lower[j]
+                self.here.problem.lower[j]
             } else {
-                self.problem.upper[j]
+                self.here.problem.upper[j]
             };
-            let room = (bound - self.x[j]).abs();
+            let room = (bound - self.here.x[j]).abs();
             if room > AT_BOUND * self.asymptotes.unit(j) {
                 slope[j].abs()
             } else {
                 0.0
             }
         };
-        (0..self.x.len()).map(projected).fold(slack, f64::max)
+        (0..self.here.x.len()).map(projected).fold(slack, f64::max)
     }
 
     /// The rho to begin with. The objective begins anew: what its last step was like says little about the next. Rows go
@@ -317,9 +180,9 @@ impl Gcmma {
             let rho = |function: &Function| if function.linear { 0.0 } else { MMA_RHO };
             return model.functions.iter().map(rho).collect();
         }
-        let known = self.previous.as_ref().and_then(|previous| {
-            let (without, factor) = model.at(&self.asymptotes.step(&self.x, &previous.x))?;
-            let values = model.scaled(&self.problem, previous);
+        let known = self.here.previous.as_ref().and_then(|previous| {
+            let (without, factor) = model.at(&self.asymptotes.step(&self.here.x, &previous.x))?;
+            let values = model.scaled(&self.here.problem, previous);
             (factor > 0.0).then(|| -> Vec<f64> {
                 values
                     .iter()
@@ -343,15 +206,14 @@ impl Gcmma {
     }
 
     pub(super) fn told_trial(&mut self, trial: Trial, told: &[Told]) {
-        self.analyses += 1;
         let Some(model) = self.model() else { return };
-        let Some(values) = self.problem.usable(told.first()) else {
+        let common = self.options.common();
+        let Some((point, gradient)) = self.here.told_point(trial.x.clone(), &common, told) else {
             self.trial_failed(trial);
             return;
         };
-        let (point, gradient) = self.note(trial.x.clone(), values);
-        let step = self.asymptotes.step(&self.x, &point.x);
-        let found = model.scaled(&self.problem, &point);
+        let step = self.asymptotes.step(&self.here.x, &point.x);
+        let found = model.scaled(&self.here.problem, &point);
         let Some((without, factor)) = model.at(&step) else {
             return;
         };
@@ -397,7 +259,7 @@ impl Gcmma {
         if excess.iter().all(|excess| *excess <= ROUNDING) {
             return true;
         }
-        let Some(iterate) = &self.iterate else {
+        let Some(iterate) = &self.here.iterate else {
             return true;
         };
         if iterate.violation > tolerance
@@ -406,7 +268,7 @@ impl Gcmma {
         {
             return true;
         }
-        let band = tolerance.max(FIRST_BAND * BAND_SHRINKS.powi(self.iteration as i32));
+        let band = tolerance.max(FIRST_BAND * BAND_SHRINKS.powi(self.here.iteration as i32));
         point.violation <= band && (excess[0] <= ROUNDING || found < ENOUGH * expected.min(0.0))
     }
 
@@ -416,7 +278,7 @@ impl Gcmma {
             self.phase = Phase::Done(StopReason::Blocked { directions: failed });
             return;
         }
-        let step = self.asymptotes.step(&self.x, &trial.x);
+        let step = self.asymptotes.step(&self.here.x, &trial.x);
         self.asymptotes.failed(&step);
         if let Some(model) = self.model() {
             self.try_with(&model, trial.rho, trial.rejected, failed);
@@ -425,24 +287,22 @@ impl Gcmma {
 
     /// Moves to the accepted point, tests the stop rules, and opens the next iteration.
     fn close_iteration(&mut self, accepted: Option<(Point, Option<Gradient>)>) {
-        let Some(from) = self.iterate.clone() else {
+        let Some(from) = self.here.iterate.clone() else {
             return;
         };
-        self.iteration += 1;
+        self.here.iteration += 1;
         if let Some((point, gradient)) = accepted {
             self.asymptotes.moved(&from.x, &point.x);
-            self.x.clone_from(&point.x);
-            self.iterate = Some(point);
-            self.gradient = gradient;
-            self.previous = Some(from.clone());
+            self.here.move_to(point, gradient);
         } else {
             self.asymptotes.stuck();
         }
-        let Some(to) = &self.iterate else { return };
+        let Some(to) = &self.here.iterate else { return };
         if let Some(reason) = self.reason_to_stop(&from, &to.clone()) {
             self.phase = Phase::Done(reason);
         } else {
-            self.open_iteration();
+            let next = self.here.open(&self.options.common());
+            self.follow(next);
         }
     }
 
@@ -464,23 +324,21 @@ impl Gcmma {
         } else {
             self.infeasible = 0;
         }
-        let rules = Rules {
-            relative_tolerance: options.relative_tolerance,
-            consecutive: options.consecutive,
-            stall_factor: options.stall_factor,
-            violation_tolerance: options.violation_tolerance,
-        };
-        let cost = self.cost();
-        let ahead = match options.gradient {
-            GradientSource::Differences => 1 + self.x.len(),
+        let common = options.common();
+        let cost = self.here.cost(&common);
+        let ahead = match common.gradient {
+            GradientSource::Differences => 1 + self.here.x.len(),
             GradientSource::Model => 2,
         };
-        self.convergence
-            .close(&rules, from, to, self.iteration, [cost, ahead])
-            .or((self.iteration >= self.options.max_iterations).then_some(
-                StopReason::IterationLimit {
-                    iterations: self.iteration,
-                },
-            ))
+        self.here
+            .convergence
+            .close(&common.rules, from, to, self.here.iteration, [cost, ahead])
+            .or(
+                (self.here.iteration >= self.options.max_iterations).then_some(
+                    StopReason::IterationLimit {
+                        iterations: self.here.iteration,
+                    },
+                ),
+            )
     }
 }

@@ -7,10 +7,7 @@ use super::{
     metric::Moves,
 };
 use crate::optimiser::{
-    convergence::{Convergence, Rules},
-    options::MmfdOptions,
-    point::Point,
-    problem::Problem,
+    convergence::Convergence, options::MmfdOptions, point::Point, problem::Problem,
     stop::StopReason,
 };
 
@@ -56,7 +53,6 @@ pub(super) struct Memory {
     relative_move: f64,
     /// Consecutive iterations outside the feasible region.
     pub infeasible: usize,
-    pub convergence: Convergence,
     /// Variables that failed evaluations have stopped, each with the iteration at which it is free again.
     blocked: Vec<(usize, usize)>,
     /// Consecutive iterations that failed evaluations have stopped.
@@ -76,7 +72,6 @@ impl Memory {
             objective_change: options.first_objective_change,
             relative_move: options.first_move,
             infeasible: 0,
-            convergence: Convergence::new(options.absolute_tolerance.unwrap_or(0.0)),
             blocked: Vec::new(),
             jams: 0,
         }
@@ -86,7 +81,6 @@ impl Memory {
     pub fn forget_values(&mut self) {
         self.conjugacy = Conjugacy::default();
         self.infeasible = 0;
-        self.convergence.forget_values();
     }
 
     /// Takes the scales |x| again where they are due, and restarts conjugacy. No scale exceeds the distance of the bounds:
@@ -214,7 +208,12 @@ impl Memory {
     }
 
     /// Learns from an iteration, and says whether it was the last.
-    pub fn close(&mut self, options: &MmfdOptions, closing: &Closing<'_>) -> Option<StopReason> {
+    pub fn close(
+        &mut self,
+        options: &MmfdOptions,
+        convergence: &mut Convergence,
+        closing: &Closing<'_>,
+    ) -> Option<StopReason> {
         let &Closing {
             from,
             to,
@@ -260,19 +259,11 @@ impl Memory {
             self.infeasible = 0;
             self.phi = FIRST_PHI;
         }
-        let rules = Rules {
-            relative_tolerance: options.relative_tolerance,
-            consecutive: options.consecutive,
-            stall_factor: options.stall_factor,
-            violation_tolerance: tolerance,
-        };
-        if let Some(reason) = self
-            .convergence
-            .close(&rules, from, to, iteration, [cost, 0])
-        {
+        let rules = options.common().rules;
+        if let Some(reason) = convergence.close(&rules, from, to, iteration, [cost, 0]) {
             return Some(reason);
         }
-        if self.convergence.is_slow() {
+        if convergence.is_slow() {
             self.shrink(options);
         }
         if iteration >= options.max_iterations {

@@ -35,39 +35,31 @@ use self::{
 };
 use super::{
     contract::{Ask, AskKind, Told},
-    differences::Differences,
+    linearisation::{Linearisation, Pending as Linearising},
     method::Method,
-    options::{Curvature, GradientSource, MmfdOptions},
+    options::{Curvature, MmfdOptions},
     point::Point,
     problem::Problem,
-    rows::{self, Gradient},
+    rows,
     stop::StopReason,
 };
-
-/// Points between the last two iterates tried where the model has values but no gradient.
-const BACKOFFS: usize = 2;
 
 /// What the run waits for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Phase {
-    /// Values at the start, or again at the iterate under a new mesh plan.
-    Start { attempt: usize, replan: bool },
-    /// The model's gradient at the iterate, or (`backoff` > 0) values and gradient nearer to the last iterate.
-    ModelGradient { backoff: usize },
-    /// A batch of differences at the iterate.
-    Differences(Differences),
+    /// Values and gradients at the iterate.
+    Linearise(Linearising),
     /// A point of the one-dimensional search.
     Search(Box<Search>),
     /// Nothing.
     Done(StopReason),
 }
 
-/// What is kept of the iterate before.
+/// What the direction from the iterate before was made with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Previous {
-    x: Vec<f64>,
-    /// Rows that the direction from there was tangent to, with their multipliers.
+struct Departure {
+    /// Rows that the direction was tangent to, with their multipliers.
     tangent: Vec<(usize, f64)>,
     /// Gradient of the Lagrangian with these multipliers.
     lagrangian: Vec<f64>,
@@ -77,24 +69,11 @@ struct Previous {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mmfd {
     options: MmfdOptions,
-    problem: Problem,
     phase: Phase,
-    /// Design variables of the iterate.
-    x: Vec<f64>,
-    /// The iterate, once evaluated.
-    iterate: Option<Point>,
-    /// Gradients at the iterate.
-    gradient: Option<Gradient>,
-    /// The iterate before.
-    previous: Option<Previous>,
-    best: Option<Point>,
+    here: Linearisation,
+    departure: Option<Departure>,
     memory: Memory,
     multipliers: Vec<f64>,
-    iteration: usize,
-    /// The pending asks open an iteration.
-    boundary: bool,
-    analyses: usize,
-    gradients: usize,
 }
 
 impl Mmfd {
@@ -102,32 +81,17 @@ impl Mmfd {
         Self {
             memory: Memory::new(&options, x0.len()),
             options,
-            phase: Phase::Start {
-                attempt: 0,
-                replan: false,
-            },
-            x: x0,
-            iterate: None,
-            gradient: None,
-            previous: None,
-            best: None,
+            phase: Phase::Linearise(Linearising::start()),
+            departure: None,
             multipliers: vec![0.0; problem.constraints()],
-            problem,
-            iteration: 0,
-            boundary: false,
-            analyses: 0,
-            gradients: 0,
+            here: Linearisation::new(problem, x0),
         }
-    }
-
-    fn eager(&self) -> bool {
-        self.options.eager_gradients && self.options.gradient == GradientSource::Model
     }
 
     /// The moves that make the metric at a point, if they may.
     fn moves(&self, at: &Point) -> Option<&Moves> {
         let free = || {
-            rows::values(&self.problem, &at.constraints)
+            rows::values(&self.here.problem, &at.constraints)
                 .iter()
                 .all(|&g| g < self.memory.ct)
         };
@@ -140,63 +104,25 @@ impl Mmfd {
     }
 
     fn setting(&self) -> Option<Setting<'_>> {
-        let origin = self.iterate.as_ref()?;
+        let origin = self.here.iterate.as_ref()?;
         Some(Setting {
-            problem: &self.problem,
+            problem: &self.here.problem,
             origin,
-            gradient: self.gradient.as_ref()?,
+            gradient: self.here.gradient.as_ref()?,
             moves: self.moves(origin),
             scale: &self.memory.scale,
             ctmin: self.options.violation_tolerance,
             small_change: (self.options.relative_tolerance * origin.objective.abs())
-                .max(self.memory.convergence.absolute_tolerance),
+                .max(self.here.convergence.absolute_tolerance),
         })
-    }
-
-    /// A point between the iterate and the one before.
-    fn backed_off(&self, backoff: usize) -> Vec<f64> {
-        let fraction = 0.5_f64.powi(backoff as i32);
-        match &self.previous {
-            Some(previous) if backoff > 0 => previous
-                .x
-                .iter()
-                .zip(&self.x)
-                .map(|(from, to)| from + fraction * (to - from))
-                .collect(),
-            _ => self.x.clone(),
-        }
     }
 }
 
 impl Method for Mmfd {
     fn asks(&self) -> Vec<Ask> {
-        let ask = |kind, x, want_gradient| Ask {
-            kind,
-            x,
-            want_gradient,
-            iteration: self.iteration,
-        };
+        let common = self.options.common();
         match &self.phase {
-            Phase::Start { attempt, replan } => {
-                let kind = if *replan {
-                    AskKind::Replan
-                } else {
-                    AskKind::Initial
-                };
-                vec![ask(
-                    kind,
-                    self.problem.nudged(&self.x, *attempt),
-                    self.eager(),
-                )]
-            }
-            Phase::ModelGradient { backoff } => {
-                vec![ask(AskKind::Gradient, self.backed_off(*backoff), true)]
-            }
-            Phase::Differences(differences) => differences
-                .points(&self.x)
-                .into_iter()
-                .map(|x| ask(AskKind::Gradient, x, false))
-                .collect(),
+            Phase::Linearise(pending) => self.here.asks(pending, &common),
             Phase::Search(search) => {
                 let kind = match search.pending {
                     Pending::Trial { .. } => AskKind::Trial,
@@ -204,8 +130,8 @@ impl Method for Mmfd {
                 };
                 let x = self
                     .setting()
-                    .map_or_else(|| self.x.clone(), |setting| search.x(&setting));
-                vec![ask(kind, x, self.eager())]
+                    .map_or_else(|| self.here.x.clone(), |setting| search.x(&setting));
+                vec![self.here.ask(kind, x, common.eager())]
             }
             Phase::Done(_) => Vec::new(),
         }
@@ -213,11 +139,9 @@ impl Method for Mmfd {
 
     /// Takes the answers to the pending asks.
     fn tell(&mut self, told: &[Told]) {
-        self.boundary = false;
+        self.here.boundary = false;
         match self.phase.clone() {
-            Phase::Start { attempt, .. } => self.told_start(attempt, told),
-            Phase::ModelGradient { backoff } => self.told_gradient(backoff, told),
-            Phase::Differences(differences) => self.told_differences(differences, told),
+            Phase::Linearise(pending) => self.told_linearisation(pending, told),
             Phase::Search(search) => self.told_search(*search, told),
             Phase::Done(_) => {}
         }
@@ -227,14 +151,9 @@ impl Method for Mmfd {
     /// they are guesses at the next step, which no conclusion rests on.
     fn rebase(&mut self) {
         if self.done().is_none() {
-            self.phase = Phase::Start {
-                attempt: 0,
-                replan: self.iterate.is_some(),
-            };
-            self.boundary = false;
-            self.gradient = None;
-            self.previous = None;
-            self.best = None;
+            self.phase = Phase::Linearise(self.here.rebase());
+            self.here.previous = None;
+            self.departure = None;
             self.memory.forget_values();
         }
     }
@@ -247,27 +166,27 @@ impl Method for Mmfd {
     }
 
     fn iterate(&self) -> Option<&Point> {
-        self.iterate.as_ref()
+        self.here.iterate.as_ref()
     }
 
     fn best(&self) -> Option<&Point> {
-        self.best.as_ref()
+        self.here.best.as_ref()
     }
 
     fn iteration(&self) -> usize {
-        self.iteration
+        self.here.iteration
     }
 
     fn at_iteration_boundary(&self) -> bool {
-        self.boundary && self.done().is_none()
+        self.here.boundary && self.done().is_none()
     }
 
     fn analyses(&self) -> usize {
-        self.analyses
+        self.here.analyses
     }
 
     fn gradients(&self) -> usize {
-        self.gradients
+        self.here.gradients
     }
 
     fn multipliers(&self) -> Vec<f64> {

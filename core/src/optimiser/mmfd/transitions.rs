@@ -1,191 +1,67 @@
 //! What an answer leads to, phase by phase.
 
 use super::{
-    BACKOFFS, Conjugacy, Curvature, GradientSource, Mmfd, Phase, Previous,
+    Conjugacy, Curvature, Departure, Linearising, Mmfd, Phase,
     direction::{self, At, Found, find},
     memory::Closing,
     metric::Metric,
-    search::{Next, Sample, Search},
+    search::{self, Sample, Search},
 };
 use crate::optimiser::{
-    contract::{Told, Values},
-    differences::Differences,
-    point::{Point, keep_best},
-    problem::NUDGES,
-    rows::{self, Gradient},
+    contract::Told,
+    linearisation::Next,
+    rows,
     stop::{StopReason, UNBOUNDED},
 };
 
 impl Mmfd {
-    fn note(&mut self, x: Vec<f64>, values: &Values) -> (Point, Option<Gradient>) {
-        let point = Point::new(&self.problem, x, values);
-        keep_best(&mut self.best, &point, self.options.violation_tolerance);
-        self.memory.convergence.note(
-            self.cost(),
-            self.iteration,
-            self.best.as_ref(),
-            self.options.violation_tolerance,
-        );
-        let gradient = Gradient::of(&self.problem, values);
-        if gradient.is_some() {
-            self.gradients += 1;
+    pub(super) fn told_linearisation(&mut self, pending: Linearising, told: &[Told]) {
+        let nearer = matches!(pending, Linearising::ModelGradient { backoff } if backoff > 0);
+        let next = self.here.tell(pending, &self.options.common(), told);
+        if nearer && matches!(next, Next::Linearised) {
+            self.memory.conjugacy = Conjugacy::default();
         }
-        (point, gradient)
+        self.follow(next);
     }
 
-    /// What the run has cost: analyses, and the model's gradients.
-    fn cost(&self) -> usize {
-        match self.options.gradient {
-            GradientSource::Model => self.analyses + self.gradients,
-            GradientSource::Differences => self.analyses,
-        }
-    }
-
-    pub(super) fn told_start(&mut self, attempt: usize, told: &[Told]) {
-        self.analyses += 1;
-        let x = self.problem.nudged(&self.x, attempt);
-        let Some(values) = self.problem.usable(told.first()) else {
-            self.phase = if attempt + 1 < NUDGES.len() {
-                let replan = matches!(self.phase, Phase::Start { replan: true, .. });
-                Phase::Start {
-                    attempt: attempt + 1,
-                    replan,
-                }
-            } else {
-                Phase::Done(StopReason::FailedStart {
-                    attempts: attempt + 1,
-                })
-            };
-            return;
-        };
-        let (point, gradient) = self.note(x, values);
-        // Said once, at the start; large negative values of walls far apart do no harm.
-        let first = matches!(self.phase, Phase::Start { replan: false, .. });
-        if first && point.constraints.iter().any(|g| *g > 10.0) {
-            tracing::warn!("constraints beyond 10 in absolute value: normalise them to order one");
-        }
-        if !matches!(self.phase, Phase::Start { replan: true, .. }) {
-            self.memory.convergence.absolute_tolerance = self
-                .options
-                .absolute_tolerance
-                .unwrap_or_else(|| (1e-4 * point.objective.abs()).max(1e-20));
-        }
-        self.x.clone_from(&point.x);
-        self.iterate = Some(point);
-        self.gradient = gradient;
-        self.open_iteration();
-    }
-
-    pub(super) fn told_gradient(&mut self, backoff: usize, told: &[Told]) {
-        if backoff > 0 {
-            self.analyses += 1;
-        }
-        if let Some(values) = self.problem.usable(told.first())
-            && Gradient::of(&self.problem, values).is_some()
-        {
-            if backoff > 0 {
-                let (point, gradient) = self.note(self.backed_off(backoff), values);
-                self.x.clone_from(&point.x);
-                self.iterate = Some(point);
-                self.gradient = gradient;
-                self.memory.conjugacy = Conjugacy::default();
-            } else {
-                self.gradients += 1;
-                self.gradient = Gradient::of(&self.problem, values);
-            }
-            self.open_search();
-        } else if self.previous.is_some() && backoff < BACKOFFS {
-            self.phase = Phase::ModelGradient {
-                backoff: backoff + 1,
-            };
-        } else {
-            self.ask_differences();
-        }
-    }
-
-    fn ask_differences(&mut self) {
-        let options = &self.options;
-        let differences = Differences::new(
-            &self.problem,
-            &self.x,
-            options.difference_step,
-            options.least_difference_step,
-        );
-        self.phase = if differences.len() == 0 {
-            Phase::Done(StopReason::KuhnTucker { residual: 0.0 })
-        } else {
-            Phase::Differences(differences)
-        };
-    }
-
-    pub(super) fn told_differences(&mut self, mut differences: Differences, told: &[Told]) {
-        self.analyses += differences.len();
-        let points = differences.points(&self.x);
-        for (x, told) in points.into_iter().zip(told) {
-            if let Some(values) = self.problem.usable(Some(told)) {
-                let point = Point::new(&self.problem, x, values);
-                keep_best(&mut self.best, &point, self.options.violation_tolerance);
-            }
-        }
-        self.memory.convergence.note(
-            self.cost(),
-            self.iteration,
-            self.best.as_ref(),
-            self.options.violation_tolerance,
-        );
-        let Some(at) = &self.iterate else { return };
-        if !differences.tell(&self.problem, at, told) {
-            self.phase = Phase::Differences(differences);
-            return;
-        }
-        if let Some(gradient) = differences.gradient(self.problem.constraints()) {
-            self.gradient = Some(gradient);
-            self.gradients += 1;
-            self.open_search();
-        } else {
-            self.phase = Phase::Done(StopReason::NoGradient {
-                attempts: differences.attempts(),
-            });
-        }
-    }
-
-    /// Opens an iteration at the iterate: its gradient, unless known, then its direction.
-    fn open_iteration(&mut self) {
-        self.boundary = true;
-        if self.gradient.is_some() {
-            self.open_search();
-        } else if self.options.gradient == GradientSource::Model {
-            self.phase = Phase::ModelGradient { backoff: 0 };
-        } else {
-            self.ask_differences();
+    /// Goes where an answer about the iterate leads.
+    fn follow(&mut self, next: Next) {
+        match next {
+            Next::Ask(pending) => self.phase = Phase::Linearise(pending),
+            Next::Linearised => self.open_search(),
+            Next::Over(reason) => self.phase = Phase::Done(reason),
         }
     }
 
     fn open_search(&mut self) {
-        let (Some(iterate), Some(gradient)) = (&self.iterate, &self.gradient) else {
+        let (Some(iterate), Some(gradient)) = (&self.here.iterate, &self.here.gradient) else {
             return;
         };
         if self.options.curvature != Curvature::Never
-            && let Some(previous) = &self.previous
+            && let (Some(previous), Some(departure)) = (&self.here.previous, &self.departure)
         {
-            let here = gradient.lagrangian(&self.problem, &previous.tangent);
+            let here = gradient.lagrangian(&self.here.problem, &departure.tangent);
             let difference = |to: &[f64], from: &[f64]| {
                 to.iter().zip(from).map(|(to, from)| to - from).collect()
             };
             self.memory.moves.learn(
                 difference(&iterate.x, &previous.x),
-                difference(&here, &previous.lagrangian),
+                difference(&here, &departure.lagrangian),
             );
         }
-        self.memory
-            .rescale(&self.options, &self.problem, &iterate.x, self.iteration);
-        let g = rows::values(&self.problem, &iterate.constraints);
+        self.memory.rescale(
+            &self.options,
+            &self.here.problem,
+            &iterate.x,
+            self.here.iteration,
+        );
+        let g = rows::values(&self.here.problem, &iterate.constraints);
         let feasible = iterate.violation <= self.options.violation_tolerance;
         let metric = Metric::of(self.moves(iterate), &self.memory.scale);
-        let frozen = self.memory.frozen(self.iteration);
+        let frozen = self.memory.frozen(self.here.iteration);
         loop {
             let at = At {
-                problem: &self.problem,
+                problem: &self.here.problem,
                 x: &iterate.x,
                 g: &g,
                 gradient,
@@ -196,13 +72,13 @@ impl Mmfd {
                 ctmin: self.options.violation_tolerance,
                 phi: self.memory.phi,
                 push_off: self.options.push_off,
-                stationary: 0.1 * self.memory.convergence.absolute_tolerance,
+                stationary: 0.1 * self.here.convergence.absolute_tolerance,
             };
             match find(&at, &mut self.memory.conjugacy) {
                 Found::Direction(direction) => {
                     if feasible {
                         self.multipliers =
-                            direction::told_multipliers(&self.problem, &direction.tangent);
+                            direction::told_multipliers(&self.here.problem, &direction.tangent);
                     }
                     let alpha =
                         self.memory
@@ -240,54 +116,48 @@ impl Mmfd {
     }
 
     pub(super) fn told_search(&mut self, mut search: Search, told: &[Told]) {
-        self.analyses += 1;
         let Some(x) = self.setting().map(|setting| search.x(&setting)) else {
             return;
         };
-        let outcome = self
-            .problem
-            .usable(told.first())
-            .map(|values| self.note(x, values));
+        let outcome = self.here.told_point(x, &self.options.common(), told);
         let Some(setting) = self.setting() else {
             return;
         };
         match search.tell(&setting, outcome) {
-            Next::Evaluate => self.phase = Phase::Search(Box::new(search)),
-            Next::Accept(sample) => self.close_iteration(&search, Some(*sample)),
-            Next::Fail => self.close_iteration(&search, None),
+            search::Next::Evaluate => self.phase = Phase::Search(Box::new(search)),
+            search::Next::Accept(sample) => self.close_iteration(&search, Some(*sample)),
+            search::Next::Fail => self.close_iteration(&search, None),
         }
     }
 
     /// Moves to the accepted point, tests the stop rules, and opens the next iteration.
     fn close_iteration(&mut self, search: &Search, accepted: Option<Sample>) {
-        let Some(from) = self.iterate.clone() else {
+        let Some(from) = self.here.iterate.clone() else {
             return;
         };
-        self.iteration += 1;
+        self.here.iteration += 1;
         let moved = accepted.is_some();
         if let Some(sample) = accepted {
             let tangent = search.direction.tangent.clone();
-            self.previous = self.gradient.take().map(|gradient| Previous {
-                x: from.x.clone(),
-                lagrangian: gradient.lagrangian(&self.problem, &tangent),
+            self.departure = self.here.gradient.take().map(|gradient| Departure {
+                lagrangian: gradient.lagrangian(&self.here.problem, &tangent),
                 tangent,
             });
-            self.x.clone_from(&sample.point.x);
-            self.gradient = sample.gradient;
-            self.iterate = Some(sample.point);
+            self.here.move_to(sample.point, sample.gradient);
         }
-        let Some(to) = &self.iterate else { return };
+        let Some(to) = &self.here.iterate else { return };
         let reason = if moved || search.failures == 0 {
             let closing = Closing {
                 from: &from,
                 to,
                 moved,
-                iteration: self.iteration,
-                cost: self.cost(),
+                iteration: self.here.iteration,
+                cost: self.here.cost(&self.options.common()),
             };
-            self.memory.close(&self.options, &closing)
+            self.memory
+                .close(&self.options, &mut self.here.convergence, &closing)
         } else {
-            self.memory.block(&search.direction, self.iteration)
+            self.memory.block(&search.direction, self.here.iteration)
         };
         let unbounded = to.objective < UNBOUNDED;
         if unbounded {
@@ -297,7 +167,8 @@ impl Mmfd {
         } else if let Some(reason) = reason {
             self.phase = Phase::Done(reason);
         } else {
-            self.open_iteration();
+            let next = self.here.open(&self.options.common());
+            self.follow(next);
         }
     }
 }
