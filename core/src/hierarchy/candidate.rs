@@ -63,7 +63,7 @@ impl StepResult {
             }
             let mut is_new = true;
             for other in &candidates {
-                is_new &= distance(study, step, &point.x, &other.x)? > DISTINCT;
+                is_new &= study.scaled_distance(step, &point.x, &other.x)? > DISTINCT;
             }
             if is_new {
                 candidates.push(Candidate {
@@ -79,21 +79,4 @@ impl StepResult {
         }
         Ok(Self { candidates })
     }
-}
-
-/// Largest difference of a variable over the width of its bounds; designs of different lengths, which belong to different
-/// layouts, are far apart.
-fn distance(study: &Study, step: usize, a: &[f64], b: &[f64]) -> Result<f64, StudyError> {
-    if a.len() != b.len() {
-        return Ok(f64::INFINITY);
-    }
-    let bounds = study.variables(step)?;
-    let width = |k: usize| match (bounds.lower.get(k), bounds.upper.get(k)) {
-        (Some(low), Some(high)) if high > low => high - low,
-        _ => 1.0,
-    };
-    let differences = a.iter().zip(b).enumerate();
-    Ok(differences.fold(0.0, |most, (k, (a, b))| {
-        f64::max(most, (a - b).abs() / width(k))
-    }))
 }

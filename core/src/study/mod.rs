@@ -32,5 +32,5 @@ pub use result::{
 };
 pub use schema::{SCHEMA, schema};
 pub use spec::Study;
-pub use start::RestartSpec;
+pub use start::{Drawn, RestartSpec};
 pub use takes::{Given, StepInputs};

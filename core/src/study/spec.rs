@@ -359,11 +359,14 @@ pub struct Restarts {
     /// The points of `given`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<Vec<f64>>,
-    /// How many starts `random` draws.
+    /// How many starts each kind draws that draws them.
     #[serde(skip_serializing_if = "is_zero")]
     pub count: usize,
-    /// Seed of `random`.
+    /// Seed of what is drawn.
     pub seed: u64,
+    /// A start nearer than this to another one is drawn again: the largest difference of a variable over its range.
+    #[serde(skip_serializing_if = "is_the_default_distance")]
+    pub least_distance: f64,
 }
 
 /// A kind of start.
@@ -378,7 +381,21 @@ pub enum StartKind {
     Taken,
     /// Points drawn uniformly from the bounds.
     Random,
+    /// Points of a Latin hypercube: of `count` strata of each variable every one has one.
+    LatinHypercube,
+    /// Points of a scrambled Sobol sequence.
+    Sobol,
 }
+
+impl StartKind {
+    /// Whether its starts are drawn: `count` of them.
+    pub fn is_drawn(self) -> bool {
+        matches!(self, Self::Random | Self::LatinHypercube | Self::Sobol)
+    }
+}
+
+/// The least distance of two starts where a document gives none.
+pub const LEAST_DISTANCE: f64 = 0.01;
 
 /// When a step must end at the latest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -576,4 +593,12 @@ fn is_true(flag: &bool) -> bool {
 )]
 fn is_zero(count: &usize) -> bool {
     *count == 0
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature that serde asks for"
+)]
+fn is_the_default_distance(distance: &f64) -> bool {
+    *distance == LEAST_DISTANCE
 }

@@ -3,9 +3,10 @@
 use super::optimiser::{Bounds, MAX_POINTS};
 use crate::document::{Node, Object};
 use crate::optimiser::OptimiserOptions;
-use crate::study::spec::{Restarts, StartKind};
+use crate::study::spec::{LEAST_DISTANCE, Restarts, StartKind};
 
-const MAX_RANDOM: usize = 10_000;
+const MAX_DRAWN: usize = 10_000;
+const DRAWN: &str = "\"random\", \"latin_hypercube\" or \"sobol\"";
 const DEFAULT_SEED: u64 = 1;
 
 /// Reads `restarts`; a sweep has none. `of_unit`: the number of corner variables of a unit, `None` for a program.
@@ -31,7 +32,7 @@ pub fn read_restarts(
         }
         return None;
     };
-    let object = node.object(&["start", "points", "count", "seed"])?;
+    let object = node.object(&["start", "points", "count", "seed", "least_distance"])?;
     let start = object
         .required("start")
         .and_then(|n| read_starts(&n, of_unit.is_some()));
@@ -45,14 +46,22 @@ pub fn read_restarts(
         }
         None => Some(Vec::new()),
     };
+    let draws = start
+        .as_ref()
+        .map(|kinds| kinds.iter().any(|kind| kind.is_drawn()));
     let count = match object.get("count") {
-        Some(n) if has(StartKind::Random) => n.count(1, MAX_RANDOM),
-        Some(n) => n.fault("belongs to start = \"random\""),
-        None if start.is_some() && has(StartKind::Random) => {
-            object.fault("count", "is required by start = \"random\"");
+        Some(n) if draws != Some(false) => n.count(1, MAX_DRAWN),
+        Some(n) => n.fault(format!("belongs to starts that are drawn: {DRAWN}")),
+        None if draws == Some(true) => {
+            object.fault("count", "is required by starts that are drawn");
             None
         }
         None => Some(0),
+    };
+    let least_distance = match object.get("least_distance") {
+        Some(n) if draws != Some(false) => n.number_in(0.0, 1.0),
+        Some(n) => n.fault(format!("belongs to starts that are drawn: {DRAWN}")),
+        None => Some(LEAST_DISTANCE),
     };
     let seed = object.or("seed", DEFAULT_SEED, Node::seed);
     Some(Restarts {
@@ -60,12 +69,13 @@ pub fn read_restarts(
         points: points?,
         count: count?,
         seed: seed?,
+        least_distance: least_distance?,
     })
 }
 
 fn read_starts(node: &Node<'_>, chambers: bool) -> Option<Vec<StartKind>> {
     if node.value().is_array() {
-        let starts = node.each(1, 4, |n| read_start(n, chambers))?;
+        let starts = node.each(1, 6, |n| read_start(n, chambers))?;
         let twice = starts
             .iter()
             .enumerate()
@@ -78,15 +88,16 @@ fn read_starts(node: &Node<'_>, chambers: bool) -> Option<Vec<StartKind>> {
 
 fn read_start(node: &Node<'_>, chambers: bool) -> Option<StartKind> {
     match node.value().as_str() {
-        Some(later @ ("latin_hypercube" | "sobol")) => node.fault(format!(
-            "\"{later}\" is not available yet; use \"paper\", \"given\" or \"random\""
+        Some("paper") if !chambers => node.fault(format!(
+            "\"paper\" is the start of a finite-element model; use \"given\", {DRAWN}"
         )),
-        Some("paper") if !chambers => node
-            .fault("\"paper\" is the start of a finite-element model; use \"given\" or \"random\""),
         _ => node.choice(&[
             ("paper", StartKind::Paper),
             ("given", StartKind::Given),
             ("random", StartKind::Random),
+            ("uniform", StartKind::Random),
+            ("latin_hypercube", StartKind::LatinHypercube),
+            ("sobol", StartKind::Sobol),
             ("taken", StartKind::Taken),
         ]),
     }

@@ -90,6 +90,7 @@ fn a_preset_is_overridden_field_by_field() {
         points: Vec::new(),
         count: 0,
         seed: 1,
+        least_distance: spec::LEAST_DISTANCE,
     };
     assert_eq!(study, expected);
     assert_eq!(
@@ -364,7 +365,7 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ),
         ("step[0].optimiser.fdch=1", "step[0].optimiser.fdch"),
         ("step[0].restarts.start=[]", "step[0].restarts.start"),
-        ("step[0].restarts.start=sobol", "step[0].restarts.start"),
+        ("step[0].restarts.start=luck", "step[0].restarts.start"),
         (
             "step[0].restarts.start=[\"paper\", \"paper\"]",
             "step[0].restarts.start",
@@ -372,6 +373,22 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ("step[0].restarts.start=paper", "step[0].restarts.count"),
         ("step[0].restarts.count=0", "step[0].restarts.count"),
         ("step[0].restarts.seed=-1", "step[0].restarts.seed"),
+        (
+            "step[0].restarts.least_distance=2",
+            "step[0].restarts.least_distance",
+        ),
+        (
+            "step[0].restarts={\"start\": \"paper\", \"least_distance\": 0.1}",
+            "step[0].restarts.least_distance",
+        ),
+        (
+            "step[0].restarts.start=[\"random\", \"uniform\"]",
+            "step[0].restarts.start",
+        ),
+        (
+            "step[0].restarts={\"start\": \"sobol\"}",
+            "step[0].restarts.count",
+        ),
         (
             "step[0].restarts={\"start\": \"given\"}",
             "step[0].restarts.points",

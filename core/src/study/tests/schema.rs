@@ -145,7 +145,7 @@ fn what_does_not_conform_does_not_read() {
         "step[0].optimiser.method=luck",
         "step[0].optimiser.active_from=1",
         "step[0].optimiser.max_iterations=0",
-        "step[0].restarts.start=sobol",
+        "step[0].restarts.start=luck",
         "step[0].restarts.count=0",
         "step[0].takes=[\"other\"]",
     ] {

@@ -1,17 +1,23 @@
 //! Where the restarts of a step begin: seeded, reproducible, the same whatever the number of workers.
+//!
+//! Starts that are drawn are valid by their geometry before anything is solved, and apart from those before them.
+
+mod latin_hypercube;
+mod sobol;
+mod space;
 
 use serde::{Deserialize, Serialize};
 
+use self::latin_hypercube::latin_hypercube;
+use self::sobol::Sobol;
+use self::space::{Found, StartSpace};
 use super::error::StudyError;
+use super::result::is_false;
 use super::spec::{Restarts, StartKind, Study, StudyStep};
 use super::takes::{Given, StepInputs, TakenAs};
 use crate::optimiser::OptimiserOptions;
 use crate::random::{SplitMix64, start_seed};
 use crate::scene::Orientation;
-
-/// Random designs that may be refused by the geometric constraints before the last one is taken as it is: the optimiser
-/// finds its way into the feasible region by itself.
-const MAX_DRAWS: usize = 200;
 
 /// One restart of a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,10 +26,13 @@ pub struct RestartSpec {
     pub step: usize,
     /// Index in the step.
     pub index: usize,
-    /// What its random numbers came from; of a start that needs none the study's seed.
+    /// What its random numbers came from: of `random` a seed of its own, else the step's.
     pub seed: u64,
     /// Kind of its start; `None` for a sweep.
     pub start_kind: Option<StartKind>,
+    /// How it was drawn; `None` of a start that was not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drawn: Option<Drawn>,
     /// The start.
     pub x0: Vec<f64>,
     /// Sense of the enclosed area; `None` where the target has none, and where each point of a sweep has its own.
@@ -36,11 +45,24 @@ pub struct RestartSpec {
     pub points: Vec<Vec<f64>>,
 }
 
+/// How a start was drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Drawn {
+    /// Designs that were refused before it: by their geometry, or too near to another start.
+    pub refusals: usize,
+    /// Whether it was moved into validity, because nothing valid was drawn.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub repaired: bool,
+    /// Whether its geometry is valid; where it is not the optimiser has to find its way by itself.
+    pub valid: bool,
+}
+
 /// A start before its senses.
 #[derive(Clone)]
 struct Start {
     kind: Option<StartKind>,
     seed: u64,
+    drawn: Option<Drawn>,
     x0: Vec<f64>,
     /// The one sense in which it is known to run.
     orientation: Option<Orientation>,
@@ -54,6 +76,7 @@ impl Restarts {
             points: Vec::new(),
             count: 0,
             seed: 0,
+            least_distance: 0.0,
         }
     }
 
@@ -86,7 +109,9 @@ impl StudyStep {
                 .map(|kind| match kind {
                     StartKind::Paper => 1,
                     StartKind::Given => self.restarts.points.len(),
-                    StartKind::Random => self.restarts.count,
+                    StartKind::Random | StartKind::LatinHypercube | StartKind::Sobol => {
+                        self.restarts.count
+                    }
                     StartKind::Taken => self.most_taken(),
                 })
                 .sum(),
@@ -128,6 +153,7 @@ impl Study {
                 starts.push(Start {
                     kind: None,
                     seed: s.restarts.seed,
+                    drawn: None,
                     x0: first.cloned().unwrap_or_default(),
                     orientation: None,
                 });
@@ -155,6 +181,7 @@ impl Study {
                 index,
                 seed: start.seed,
                 start_kind: start.kind,
+                drawn: start.drawn,
                 x0: start.x0,
                 orientation,
                 given: inputs.given.clone(),
@@ -171,12 +198,17 @@ impl Study {
         inputs: &StepInputs,
         starts: &mut Vec<Start>,
     ) -> Result<(), StudyError> {
-        let seed = s.restarts.seed;
+        let (seed, count) = (s.restarts.seed, s.restarts.count);
         let start = |seed: u64, x0: Vec<f64>| Start {
             kind: Some(kind),
             seed,
+            drawn: None,
             x0,
             orientation: None,
+        };
+        let found = |seed: u64, found: Found| Start {
+            drawn: Some(found.drawn),
+            ..start(seed, found.x)
         };
         match kind {
             StartKind::Paper => starts.push(start(seed, self.paper_start(step)?)),
@@ -185,10 +217,29 @@ impl Study {
                 starts.extend(given.map(|x| start(seed, x.clone())));
             }
             StartKind::Random => {
-                for k in 0..s.restarts.count {
+                let space = StartSpace::new(self, step)?;
+                for k in 0..count {
                     let seed = start_seed(seed, k);
-                    starts.push(start(seed, self.random_start(step, seed)?));
+                    let mut stream = SplitMix64::new(seed);
+                    let draw = || space.design(std::iter::repeat_with(|| stream.next_unit()));
+                    let drawn = space.first_good(&designs(starts), draw)?;
+                    starts.push(found(seed, drawn));
                 }
+            }
+            StartKind::Sobol => {
+                let space = StartSpace::new(self, step)?;
+                let mut sequence = Sobol::new(seed, space.dimensions());
+                for _ in 0..count {
+                    let draw = || space.design(sequence.next_point());
+                    let drawn = space.first_good(&designs(starts), draw)?;
+                    starts.push(found(seed, drawn));
+                }
+            }
+            StartKind::LatinHypercube => {
+                let space = StartSpace::new(self, step)?;
+                let apart = s.restarts.least_distance;
+                let cube = latin_hypercube(&space, seed, count, apart, &designs(starts))?;
+                starts.extend(cube.into_iter().map(|drawn| found(seed, drawn)));
             }
             // The sense that a candidate was found in is the one in which it counts.
             StartKind::Taken => starts.extend(inputs.designs.iter().map(|design| Start {
@@ -199,30 +250,32 @@ impl Study {
         Ok(())
     }
 
-    /// Uniform in the bounds; designs that break a geometric constraint are drawn again before any analysis.
-    fn random_start(&self, step: usize, seed: u64) -> Result<Vec<f64>, StudyError> {
-        let variables = self.variables(step)?;
-        let mut stream = SplitMix64::new(seed);
-        let mut x = Vec::new();
-        for _ in 0..MAX_DRAWS {
-            x = variables
-                .lower
-                .iter()
-                .zip(&variables.upper)
-                .map(|(a, b)| (a + (b - a) * stream.next_unit()).min(*b))
-                .collect();
-            if self.is_geometrically_valid(step, &x)? {
-                break;
-            }
+    /// How far apart two designs of a step are: the largest difference of a variable over the width of its bounds. Designs of
+    /// different lengths, which belong to different layouts, are infinitely far apart.
+    ///
+    /// # Errors
+    /// Where the study has no such step.
+    pub fn scaled_distance(&self, step: usize, a: &[f64], b: &[f64]) -> Result<f64, StudyError> {
+        if a.len() != b.len() {
+            return Ok(f64::INFINITY);
         }
-        Ok(x)
+        let bounds = self.variables(step)?;
+        Ok(scaled_distance(&bounds.lower, &bounds.upper, a, b))
     }
+}
 
-    fn is_geometrically_valid(&self, step: usize, x: &[f64]) -> Result<bool, StudyError> {
-        match self.geometry_values(step, x) {
-            Ok(values) => Ok(values.iter().all(|v| *v <= 0.0)),
-            Err(StudyError::NoChambers { .. }) => Ok(true),
-            Err(error) => Err(error),
-        }
-    }
+/// Largest difference of a variable over the width of its bounds.
+fn scaled_distance(lower: &[f64], upper: &[f64], a: &[f64], b: &[f64]) -> f64 {
+    let width = |k: usize| match (lower.get(k), upper.get(k)) {
+        (Some(low), Some(high)) if high > low => high - low,
+        _ => 1.0,
+    };
+    let differences = a.iter().zip(b).enumerate();
+    differences.fold(0.0, |most, (k, (a, b))| {
+        f64::max(most, (a - b).abs() / width(k))
+    })
+}
+
+fn designs(starts: &[Start]) -> Vec<&[f64]> {
+    starts.iter().map(|start| &start.x0[..]).collect()
 }
