@@ -47,6 +47,12 @@ impl Convergence {
         self.progress.clear();
     }
 
+    /// The last small change may be due to a short step: counting begins anew.
+    pub fn doubt(&mut self) {
+        self.small_absolute = 0;
+        self.small_relative = 0;
+    }
+
     /// Notes what the best feasible objective cost.
     pub fn note(&mut self, cost: usize, iteration: usize, best: Option<&Point>, tolerance: f64) {
         if let Some(best) = best.filter(|best| best.violation <= tolerance)

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{convergence::Rules, gcmma::GcmmaOptions, linearisation::Common};
+use super::{convergence::Rules, gcmma::GcmmaOptions, linearisation::Common, sqp::SqpOptions};
 use crate::fault::Faults;
 
 /// An optimiser and its options.
@@ -13,6 +13,8 @@ pub enum OptimiserOptions {
     Mmfd(MmfdOptions),
     /// Moving asymptotes.
     Gcmma(GcmmaOptions),
+    /// Sequential quadratic programming.
+    Sqp(SqpOptions),
     /// A list of points, each evaluated once.
     Sweep(SweepOptions),
 }
@@ -26,6 +28,12 @@ impl From<MmfdOptions> for OptimiserOptions {
 impl From<GcmmaOptions> for OptimiserOptions {
     fn from(options: GcmmaOptions) -> Self {
         Self::Gcmma(options)
+    }
+}
+
+impl From<SqpOptions> for OptimiserOptions {
+    fn from(options: SqpOptions) -> Self {
+        Self::Sqp(options)
     }
 }
 
@@ -157,6 +165,7 @@ impl OptimiserOptions {
         match self {
             Self::Mmfd(options) => options.faults(path, faults),
             Self::Gcmma(options) => options.faults(path, faults),
+            Self::Sqp(options) => options.faults(path, faults),
             Self::Sweep(options) => options.faults(path, faults),
         }
     }
@@ -166,6 +175,7 @@ impl OptimiserOptions {
         match self {
             Self::Mmfd(options) => options.violation_tolerance,
             Self::Gcmma(options) => options.violation_tolerance,
+            Self::Sqp(options) => options.violation_tolerance,
             Self::Sweep(options) => options.violation_tolerance,
         }
     }

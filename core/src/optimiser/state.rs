@@ -10,6 +10,7 @@ use super::{
     options::OptimiserOptions,
     point::Point,
     problem::{Problem, StartError},
+    sqp::Sqp,
     stop::StopReason,
     sweep::Sweep,
 };
@@ -23,6 +24,8 @@ pub enum OptimiserState {
     Mmfd(Box<Mmfd>),
     /// Moving asymptotes.
     Gcmma(Box<Gcmma>),
+    /// Sequential quadratic programming.
+    Sqp(Box<Sqp>),
     /// A list of points.
     Sweep(Sweep),
 }
@@ -55,6 +58,9 @@ pub fn start(
         }
         OptimiserOptions::Gcmma(options) => {
             OptimiserState::Gcmma(Box::new(Gcmma::start(options, problem, x0)))
+        }
+        OptimiserOptions::Sqp(options) => {
+            OptimiserState::Sqp(Box::new(Sqp::start(options, problem, x0)))
         }
         OptimiserOptions::Sweep(options) => {
             OptimiserState::Sweep(Sweep::start(options, problem, x0)?)
@@ -95,6 +101,7 @@ impl OptimiserState {
         match self {
             Self::Mmfd(mmfd) => &**mmfd,
             Self::Gcmma(gcmma) => &**gcmma,
+            Self::Sqp(sqp) => &**sqp,
             Self::Sweep(sweep) => sweep,
         }
     }
@@ -103,6 +110,7 @@ impl OptimiserState {
         match self {
             Self::Mmfd(mmfd) => &mut **mmfd,
             Self::Gcmma(gcmma) => &mut **gcmma,
+            Self::Sqp(sqp) => &mut **sqp,
             Self::Sweep(sweep) => sweep,
         }
     }

@@ -67,7 +67,7 @@ const MMA: [Reference; 15] = [
 ];
 
 /// Analyses and gradients until a design within the tolerance and 0.1 % of the optimum, had at the end of an ask.
-fn to_target(case: &Case, run: &Run) -> Option<(usize, usize)> {
+pub(super) fn to_target(case: &Case, run: &Run) -> Option<(usize, usize)> {
     let (mut analyses, mut gradients) = (0, 0);
     for (ask, seen) in &run.history {
         let extra = ask.kind == crate::optimiser::AskKind::Gradient && ask.want_gradient;

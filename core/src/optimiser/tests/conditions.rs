@@ -4,7 +4,9 @@ use super::{
     cases::{Case, formula, named},
     run::{options, run},
 };
-use crate::optimiser::{GcmmaOptions, GradientSource, OptimiserOptions, nnls, vector::norm};
+use crate::optimiser::{
+    GcmmaOptions, GradientSource, OptimiserOptions, SqpOptions, nnls, vector::norm,
+};
 
 /// |grad f + A' lambda| with the best lambda >= 0 over the constraints and bounds within 0.003 of being active.
 fn residual(case: &Case, x: &[f64]) -> f64 {
@@ -48,12 +50,17 @@ fn methods() -> Vec<(GradientSource, OptimiserOptions)> {
         stall_factor: 0.0,
         ..GcmmaOptions::default()
     };
+    let quadratic = |gradient| SqpOptions {
+        gradient,
+        ..SqpOptions::default()
+    };
     sources
         .into_iter()
         .flat_map(|gradient| {
             [
                 (gradient, options(gradient).into()),
                 (gradient, asymptotes(gradient).into()),
+                (gradient, quadratic(gradient).into()),
             ]
         })
         .collect()

@@ -5,7 +5,8 @@ use super::{
     run::{Run, run, run_through, variants},
 };
 use crate::optimiser::{
-    GcmmaOptions, MmfdOptions, OptimiserOptions, Problem, StopReason, Told, Values, start, step,
+    GcmmaOptions, MmfdOptions, OptimiserOptions, Problem, SqpOptions, StopReason, Told, Values,
+    start, step,
 };
 
 fn ends_well(case: &Case, run: &Run, place: &str) {
@@ -181,6 +182,7 @@ fn failures_of_most_points_still_end_with_a_reason() {
 fn hopeless_problems_end_with_their_reason() {
     hopeless_problems(&MmfdOptions::default().into());
     hopeless_problems(&GcmmaOptions::default().into());
+    hopeless_problems(&SqpOptions::default().into());
 }
 
 fn hopeless_problems(options: &OptimiserOptions) {

@@ -6,7 +6,8 @@
 //! is 100.
 
 use crate::optimiser::{
-    GcmmaOptions, MmfdOptions, OptimiserOptions, Problem, Told, Values, rebase, start, step,
+    GcmmaOptions, MmfdOptions, OptimiserOptions, Problem, SqpOptions, Told, Values, rebase, start,
+    step,
 };
 
 const N: usize = 16;
@@ -140,10 +141,23 @@ fn ninety_nine_per_cent_of_the_growth_in_thirty_evaluations() {
         first_move: 0.1,
         ..MmfdOptions::default()
     };
+    let sqp = |first_move| SqpOptions {
+        eager_gradients: true,
+        first_move,
+        ..SqpOptions::default()
+    };
     for fails_beyond in [1.25, 1.1, 1.03, 1.01] {
         race("mma", gcmma(0.5, false).into(), fails_beyond, 0);
         for replans in [0, 5] {
             race("mmfd", mmfd.clone().into(), fails_beyond, replans);
+            for first_move in [0.1, 0.3] {
+                race(
+                    &format!("sqp, first move {first_move}"),
+                    sqp(first_move).into(),
+                    fails_beyond,
+                    replans,
+                );
+            }
             for first_move in [0.1, 0.2, 0.5] {
                 let label = format!("gcmma, first move {first_move}");
                 let options = gcmma(first_move, true).into();

@@ -9,5 +9,6 @@ mod failures;
 mod growth;
 mod resume;
 mod run;
+mod sqp;
 mod table;
 mod time;

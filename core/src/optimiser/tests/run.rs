@@ -3,7 +3,7 @@
 use super::cases::Case;
 use crate::optimiser::{
     Ask, Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, OptimiserState,
-    StopReason, Told, start, step,
+    SqpOptions, StopReason, Told, start, step,
 };
 
 /// A run and what it asked for.
@@ -29,6 +29,11 @@ pub(super) fn variants() -> Vec<OptimiserOptions> {
         globalise,
         ..GcmmaOptions::default()
     };
+    let quadratic = |gradient, eager_gradients| SqpOptions {
+        gradient,
+        eager_gradients,
+        ..SqpOptions::default()
+    };
     vec![
         options(GradientSource::Model).into(),
         options(GradientSource::Differences).into(),
@@ -47,6 +52,9 @@ pub(super) fn variants() -> Vec<OptimiserOptions> {
         asymptotes(GradientSource::Differences, false, true).into(),
         asymptotes(GradientSource::Model, true, true).into(),
         asymptotes(GradientSource::Model, true, false).into(),
+        quadratic(GradientSource::Model, false).into(),
+        quadratic(GradientSource::Differences, false).into(),
+        quadratic(GradientSource::Model, true).into(),
     ]
 }
 

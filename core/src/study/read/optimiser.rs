@@ -3,7 +3,8 @@
 use super::restarts::read_points;
 use crate::document::{Node, Object};
 use crate::optimiser::{
-    Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, SweepOptions,
+    Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, SqpOptions,
+    SweepOptions,
 };
 
 pub(super) const MAX_POINTS: usize = 100_000;
@@ -15,6 +16,7 @@ pub type Bounds = (Vec<f64>, Vec<f64>);
 enum Method {
     Mmfd,
     Gcmma,
+    Sqp,
     Sweep,
 }
 
@@ -68,11 +70,13 @@ pub fn read_optimiser(
     let method = object.required("method")?.choice(&[
         ("mmfd", Method::Mmfd),
         ("gcmma", Method::Gcmma),
+        ("sqp", Method::Sqp),
         ("sweep", Method::Sweep),
     ])?;
     let options = match method {
         Method::Mmfd => read_mmfd(&object, gradients).map(OptimiserOptions::Mmfd),
         Method::Gcmma => read_gcmma(&object, gradients).map(OptimiserOptions::Gcmma),
+        Method::Sqp => read_sqp(&object, gradients).map(OptimiserOptions::Sqp),
         Method::Sweep => read_sweep(&object, of_unit, bounds).map(OptimiserOptions::Sweep),
     }?;
     let mut faults = crate::fault::Faults::default();
@@ -198,6 +202,60 @@ fn read_gcmma(object: &Object<'_>, gradients: Gradients) -> Option<GcmmaOptions>
         difference_step: difference_step?,
         least_difference_step: least_difference_step?,
         globalise: globalise?,
+        violation_tolerance: violation_tolerance?,
+        absolute_tolerance: absolute_tolerance?,
+        relative_tolerance: relative_tolerance?,
+        consecutive: consecutive?,
+        stationarity_tolerance: stationarity_tolerance?,
+        max_iterations: max_iterations?,
+        first_move: first_move?,
+        infeasible_iterations: infeasible_iterations?,
+        stall_factor: stall_factor?,
+    })
+}
+
+fn read_sqp(object: &Object<'_>, gradients: Gradients) -> Option<SqpOptions> {
+    object.allow(&[
+        "method",
+        "gradient",
+        "eager_gradients",
+        "difference_step",
+        "least_difference_step",
+        "violation_tolerance",
+        "absolute_tolerance",
+        "relative_tolerance",
+        "consecutive",
+        "stationarity_tolerance",
+        "max_iterations",
+        "first_move",
+        "infeasible_iterations",
+        "stall_factor",
+    ]);
+    let default = SqpOptions {
+        eager_gradients: gradients.chambers,
+        ..SqpOptions::default()
+    };
+    let number = |name: &str, default: f64| object.or(name, default, Node::number);
+    let count = |name: &str, default: usize| object.or(name, default, |n| n.count(1, 1_000_000));
+    // Every field is read before the first missing one ends the reading.
+    let gradient = gradients.read(object);
+    let eager_gradients = object.or("eager_gradients", default.eager_gradients, Node::boolean);
+    let difference_step = number("difference_step", default.difference_step);
+    let least_difference_step = number("least_difference_step", default.least_difference_step);
+    let violation_tolerance = number("violation_tolerance", default.violation_tolerance);
+    let absolute_tolerance = object.optional("absolute_tolerance", Node::number);
+    let relative_tolerance = number("relative_tolerance", default.relative_tolerance);
+    let consecutive = count("consecutive", default.consecutive);
+    let stationarity_tolerance = number("stationarity_tolerance", default.stationarity_tolerance);
+    let max_iterations = count("max_iterations", default.max_iterations);
+    let first_move = number("first_move", default.first_move);
+    let infeasible_iterations = count("infeasible_iterations", default.infeasible_iterations);
+    let stall_factor = number("stall_factor", default.stall_factor);
+    Some(SqpOptions {
+        gradient: gradient?,
+        eager_gradients: eager_gradients?,
+        difference_step: difference_step?,
+        least_difference_step: least_difference_step?,
         violation_tolerance: violation_tolerance?,
         absolute_tolerance: absolute_tolerance?,
         relative_tolerance: relative_tolerance?,

@@ -167,9 +167,10 @@ fn gradients_come_from_the_model_unless_it_has_none() {
     let gradient = |document: &serde_json::Value| match &study(document).steps[0].optimiser {
         OptimiserOptions::Mmfd(options) => options.gradient,
         OptimiserOptions::Gcmma(options) => options.gradient,
+        OptimiserOptions::Sqp(options) => options.gradient,
         OptimiserOptions::Sweep(_) => panic!("no sweep"),
     };
-    for method in ["mmfd", "gcmma"] {
+    for method in ["mmfd", "gcmma", "sqp"] {
         let mut truss = example("three-bar-truss");
         truss["step"][0]["optimiser"]["method"] = json!(method);
         assert_eq!(gradient(&truss), GradientSource::Model);
@@ -178,6 +179,33 @@ fn gradients_come_from_the_model_unless_it_has_none() {
         truss["step"][0]["optimiser"] = json!({"method": method});
         assert_eq!(gradient(&truss), GradientSource::Differences);
     }
+}
+
+#[test]
+fn every_fault_of_a_quadratic_programme_is_told_at_once() {
+    let mut truss = example("three-bar-truss");
+    truss["step"][0]["optimiser"] = json!({
+        "method": "sqp", "first_move": 0.0, "stall_factor": -1.0, "violation_tolerance": 0.0
+    });
+    assert_eq!(
+        faults(&truss),
+        [
+            "step[0].optimiser.violation_tolerance",
+            "step[0].optimiser.first_move",
+            "step[0].optimiser.stall_factor"
+        ]
+    );
+    truss["step"][0]["optimiser"] =
+        json!({"method": "sqp", "globalise": true, "max_iterations": 0});
+    let mut found = faults(&truss);
+    found.sort();
+    assert_eq!(
+        found,
+        [
+            "step[0].optimiser.globalise",
+            "step[0].optimiser.max_iterations"
+        ]
+    );
 }
 
 #[test]

@@ -101,6 +101,7 @@ fn what_reads_conforms() {
     for optimiser in [
         "{\"method\": \"gcmma\", \"first_move\": 0.2}",
         "{\"method\": \"gcmma\", \"globalise\": false}",
+        "{\"method\": \"sqp\", \"first_move\": 0.2, \"absolute_tolerance\": null}",
     ] {
         let assignment = format!("step[0].optimiser={optimiser}");
         let document = with(&example("three-bar-truss"), &[&assignment]);
