@@ -1,4 +1,6 @@
-//! `salp material list|show`: the material records.
+//! `salp material list|show|fit`: the material records, and a law from a tension test.
+
+mod fit;
 
 use clap::{Args, Subcommand};
 use salp_core::material::records::{MaterialRecord, RECORDS, find};
@@ -25,6 +27,8 @@ enum Verb {
         /// Its name
         name: String,
     },
+    /// Fits every law to a tension test and says which to take
+    Fit(fit::Fit),
 }
 
 impl Material {
@@ -44,6 +48,7 @@ impl Material {
                 })?;
                 output.print(&document(record), || text(record));
             }
+            Verb::Fit(verb) => verb.run(output)?,
         }
         Ok(())
     }

@@ -14,7 +14,7 @@ const RULE: &[(&str, &[&str])] = &[
     ("document", &["fault"]),
     ("optimiser", &["fault"]),
     ("lane", &[]),
-    ("material", &["lane"]),
+    ("material", &["fault", "lane", "random"]),
     (
         "scene",
         &["actuation", "document", "fault", "geometry", "material"],

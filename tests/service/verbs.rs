@@ -94,3 +94,30 @@ fn records_are_listed_and_shown() {
     assert_eq!(record["shear_modulus_mpa"], 0.38);
     assert_eq!(salp(&folder, &["material", "show", "cheese"]).0, 2);
 }
+
+#[test]
+fn a_tension_test_gives_a_record_that_a_scene_takes_and_its_faults_come_with_lines() {
+    let folder = Folder::new("tension");
+    let data = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/examples/tension/treloar-1944.csv"
+    );
+    let found = document(&folder, &["material", "fit", data, "--svg", "fit.svg"]);
+    assert_eq!(found["chosen"], "ogden_3");
+    assert_eq!(found["laws"].as_array().unwrap().len(), 7);
+    assert_eq!(found["record"]["material"]["fit_stretch"], 7.6);
+    assert!(folder.0.join("fit.svg").exists());
+    // The record is a material of a study, in either language.
+    let toml = found["record"]["toml"].as_str().unwrap();
+    assert_eq!(
+        parse_toml(toml).unwrap()["material"],
+        found["record"]["material"]
+    );
+    let bad = folder.0.join("bad.csv");
+    std::fs::write(&bad, "stretch,stress_mpa\n1,0\n1.1,a\n1.2\n").unwrap();
+    let (code, said) = salp(&folder, &["material", "fit", "bad.csv", "--json"]);
+    assert_eq!(code, 2);
+    let said: Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(said["faults"][0]["path"], "line 3, stress_mpa");
+    assert_eq!(said["faults"][1]["path"], "line 4");
+}

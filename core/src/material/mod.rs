@@ -2,6 +2,7 @@
 
 pub mod closed_form;
 pub mod counterpart;
+pub mod fit;
 pub mod hyperelastic;
 pub mod ogden;
 pub mod records;

@@ -15,6 +15,7 @@ pub mod scatter;
 #[cfg(feature = "solver")]
 pub mod shape;
 mod svg;
+mod tension;
 mod text;
 
 pub use axis::Scale;
@@ -25,3 +26,4 @@ pub use reduced::{ReducedPicture, TipPaths};
 pub use scatter::{ScatterPicture, ScatterSeries};
 #[cfg(feature = "solver")]
 pub use shape::ShapePicture;
+pub use tension::TensionPicture;
