@@ -12,7 +12,7 @@ const RULE: &[(&str, &[&str])] = &[
     ("geometry", &["actuation", "random"]),
     ("reduced", &["actuation", "geometry"]),
     ("document", &["fault"]),
-    ("optimiser", &["fault"]),
+    ("optimiser", &["fault", "random"]),
     ("lane", &[]),
     ("material", &["fault", "lane", "random"]),
     (

@@ -6,6 +6,9 @@ use super::{
     stop::StopReason,
 };
 
+/// Says by how much a design breaks what its geometry alone tells, if it does.
+pub(super) type Refuses<'a> = dyn FnMut(&[f64]) -> Option<f64> + 'a;
+
 /// A run of one method between two evaluations.
 pub(super) trait Method {
     /// The points whose answers the run waits for; none when it is over.
@@ -16,6 +19,10 @@ pub(super) trait Method {
 
     /// Asks for the iterate again and forgets what rests on its old values.
     fn rebase(&mut self);
+
+    /// Shows the points that it wants to what can refuse a design before any analysis. A method that draws its points draws
+    /// others, or does without; one that walks to them, as here, evaluates what it has asked for.
+    fn screen(&mut self, _refuses: &mut Refuses<'_>) {}
 
     /// Why the run is over, if it is.
     fn done(&self) -> Option<StopReason>;

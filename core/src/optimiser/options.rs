@@ -2,8 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{convergence::Rules, gcmma::GcmmaOptions, linearisation::Common, sqp::SqpOptions};
-use crate::fault::Faults;
+use super::{
+    cma_es::CmaEsOptions, convergence::Rules, gcmma::GcmmaOptions, linearisation::Common,
+    sqp::SqpOptions,
+};
+use crate::{fault::Faults, random::start_seed};
 
 /// An optimiser and its options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -15,6 +18,10 @@ pub enum OptimiserOptions {
     Gcmma(GcmmaOptions),
     /// Sequential quadratic programming.
     Sqp(SqpOptions),
+    /// Evolution strategy with covariance matrix adaptation, without gradients.
+    CmaEs(CmaEsOptions),
+    /// Points drawn uniformly within the bounds.
+    RandomSearch(RandomSearchOptions),
     /// A list of points, each evaluated once.
     Sweep(SweepOptions),
 }
@@ -34,6 +41,12 @@ impl From<GcmmaOptions> for OptimiserOptions {
 impl From<SqpOptions> for OptimiserOptions {
     fn from(options: SqpOptions) -> Self {
         Self::Sqp(options)
+    }
+}
+
+impl From<CmaEsOptions> for OptimiserOptions {
+    fn from(options: CmaEsOptions) -> Self {
+        Self::CmaEs(options)
     }
 }
 
@@ -159,6 +172,31 @@ impl Default for SweepOptions {
     }
 }
 
+/// Options of a random search.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RandomSearchOptions {
+    /// Seed of its random numbers.
+    pub seed: u64,
+    /// Points, the start included.
+    pub evaluations: usize,
+    /// Points asked as one batch of independent evaluations.
+    pub batch: usize,
+    /// A constraint is violated above this value.
+    pub violation_tolerance: f64,
+}
+
+impl Default for RandomSearchOptions {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            evaluations: 1000,
+            batch: 64,
+            violation_tolerance: 0.003,
+        }
+    }
+}
+
 impl OptimiserOptions {
     /// Notes every option outside its range, under `path`.
     pub fn faults(&self, path: &str, faults: &mut Faults) {
@@ -166,6 +204,8 @@ impl OptimiserOptions {
             Self::Mmfd(options) => options.faults(path, faults),
             Self::Gcmma(options) => options.faults(path, faults),
             Self::Sqp(options) => options.faults(path, faults),
+            Self::CmaEs(options) => options.faults(path, faults),
+            Self::RandomSearch(options) => options.faults(path, faults),
             Self::Sweep(options) => options.faults(path, faults),
         }
     }
@@ -176,8 +216,33 @@ impl OptimiserOptions {
             Self::Mmfd(options) => options.violation_tolerance,
             Self::Gcmma(options) => options.violation_tolerance,
             Self::Sqp(options) => options.violation_tolerance,
+            Self::CmaEs(options) => options.violation_tolerance,
+            Self::RandomSearch(options) => options.violation_tolerance,
             Self::Sweep(options) => options.violation_tolerance,
         }
+    }
+
+    /// Whether its points are known before any is answered, each for itself: none is nearer to an optimum for the others.
+    pub fn is_sample(&self) -> bool {
+        matches!(self, Self::RandomSearch(_) | Self::Sweep(_))
+    }
+
+    /// Whether it walks from point to point, so that its points can share a mesh plan and one leads to the next.
+    pub fn walks(&self) -> bool {
+        matches!(self, Self::Mmfd(_) | Self::Gcmma(_) | Self::Sqp(_))
+    }
+
+    /// The options for one of several runs: what they draw at random comes from their own seed and the run's.
+    #[must_use]
+    pub fn seeded(mut self, run: u64, index: usize) -> Self {
+        match &mut self {
+            Self::CmaEs(CmaEsOptions { seed, .. })
+            | Self::RandomSearch(RandomSearchOptions { seed, .. }) => {
+                *seed = start_seed(start_seed(*seed, index) ^ run, index);
+            }
+            Self::Mmfd(_) | Self::Gcmma(_) | Self::Sqp(_) | Self::Sweep(_) => {}
+        }
+        self
     }
 }
 
@@ -268,6 +333,22 @@ pub(super) fn at_least_one(path: &str, options: &[(&str, usize)], faults: &mut F
         if *value == 0 {
             faults.add(format!("{path}.{name}"), "must be at least 1");
         }
+    }
+}
+
+impl RandomSearchOptions {
+    /// Notes every option outside its range, under `path`.
+    pub fn faults(&self, path: &str, faults: &mut Faults) {
+        positive(
+            path,
+            &[("violation_tolerance", self.violation_tolerance)],
+            faults,
+        );
+        at_least_one(
+            path,
+            &[("evaluations", self.evaluations), ("batch", self.batch)],
+            faults,
+        );
     }
 }
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
+    cma_es::CmaEs,
     contract::{Ask, Told},
     gcmma::Gcmma,
     method::Method,
@@ -10,6 +11,7 @@ use super::{
     options::OptimiserOptions,
     point::Point,
     problem::{Problem, StartError},
+    random_search::RandomSearch,
     sqp::Sqp,
     stop::StopReason,
     sweep::Sweep,
@@ -26,6 +28,10 @@ pub enum OptimiserState {
     Gcmma(Box<Gcmma>),
     /// Sequential quadratic programming.
     Sqp(Box<Sqp>),
+    /// Evolution strategy with covariance matrix adaptation.
+    CmaEs(Box<CmaEs>),
+    /// Points drawn at random.
+    RandomSearch(RandomSearch),
     /// A list of points.
     Sweep(Sweep),
 }
@@ -62,6 +68,12 @@ pub fn start(
         OptimiserOptions::Sqp(options) => {
             OptimiserState::Sqp(Box::new(Sqp::start(options, problem, x0)))
         }
+        OptimiserOptions::CmaEs(options) => {
+            OptimiserState::CmaEs(Box::new(CmaEs::start(options, problem, &x0)?))
+        }
+        OptimiserOptions::RandomSearch(options) => {
+            OptimiserState::RandomSearch(RandomSearch::start(options, problem, x0))
+        }
         OptimiserOptions::Sweep(options) => {
             OptimiserState::Sweep(Sweep::start(options, problem, x0)?)
         }
@@ -81,9 +93,16 @@ pub fn step(state: &OptimiserState, told: &[Told]) -> Step {
 /// Asks for the iterate again because the model's values have changed their meaning (a new mesh plan), and forgets what
 /// rests on the old ones: the best point, conjugacy, counts of consecutive small changes, so that no stop test spans the
 /// change. Step lengths, scales and learnt curvature stay: they only guess at the next step. What was asked before is
-/// void. A finished run, and a sweep, are left as they are.
+/// void. A finished run, a sweep and a random search are left as they are.
 pub fn rebase(state: &OptimiserState) -> Step {
     moved(state, |method| method.rebase())
+}
+
+/// Shows the pending points to what can refuse a design by its geometry alone, before any analysis: `refuses` says by how
+/// much a design breaks it, if it does. Methods that draw their points draw others, at no cost; all others are left as they
+/// are. To be called with every new batch.
+pub fn screen(state: &OptimiserState, mut refuses: impl FnMut(&[f64]) -> Option<f64>) -> Step {
+    moved(state, |method| method.screen(&mut refuses))
 }
 
 fn moved(state: &OptimiserState, by: impl FnOnce(&mut dyn Method)) -> Step {
@@ -102,6 +121,8 @@ impl OptimiserState {
             Self::Mmfd(mmfd) => &**mmfd,
             Self::Gcmma(gcmma) => &**gcmma,
             Self::Sqp(sqp) => &**sqp,
+            Self::CmaEs(cma_es) => &**cma_es,
+            Self::RandomSearch(search) => search,
             Self::Sweep(sweep) => sweep,
         }
     }
@@ -111,6 +132,8 @@ impl OptimiserState {
             Self::Mmfd(mmfd) => &mut **mmfd,
             Self::Gcmma(gcmma) => &mut **gcmma,
             Self::Sqp(sqp) => &mut **sqp,
+            Self::CmaEs(cma_es) => &mut **cma_es,
+            Self::RandomSearch(search) => search,
             Self::Sweep(sweep) => sweep,
         }
     }

@@ -67,6 +67,32 @@ pub enum StopReason {
         /// Analyses and gradients to within 0.1 % of the best value.
         cost_to_best: usize,
     },
+    /// As many evaluations as allowed, or fewer than a generation from it.
+    EvaluationLimit {
+        /// The limit.
+        evaluations: usize,
+    },
+    /// The search has become as small as its steps may.
+    SmallSteps {
+        /// Largest standard deviation of a step along a variable, as a fraction of the distance of its bounds.
+        step: f64,
+        /// The tolerance.
+        tolerance: f64,
+    },
+    /// The distribution of steps is too flat to draw from.
+    Condition {
+        /// Condition number of its covariance matrix.
+        condition: f64,
+        /// The limit.
+        limit: f64,
+    },
+    /// Every point of a random search was evaluated.
+    SearchComplete {
+        /// Points of the search.
+        points: usize,
+        /// Points without values.
+        failed: usize,
+    },
     /// Every point of a sweep was evaluated.
     SweepComplete {
         /// Points of the sweep.

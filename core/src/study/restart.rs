@@ -22,7 +22,7 @@ use super::start::RestartSpec;
 use crate::optimiser::{self, Ask, OptimiserOptions, OptimiserState, Point, StopReason, Told};
 use crate::scene::Orientation;
 
-/// Points of a sweep that are kept for each candidate of its step: near ones count as one candidate later.
+/// Points of a sample that are kept for each candidate of its step: near ones count as one candidate later.
 const KEPT_PER_CANDIDATE: usize = 8;
 
 /// A restart between two batches of evaluations.
@@ -32,8 +32,8 @@ pub struct RestartState {
     pub spec: RestartSpec,
     /// The optimiser's run.
     pub optimiser: OptimiserState,
-    /// The design from which element counts are chosen; `None` for models without a mesh, and for a sweep, where each
-    /// point has its own.
+    /// The design from which element counts are chosen; `None` for models without a mesh, and where the optimiser does not
+    /// walk from point to point: there each point has its own.
     pub plan_base: Option<Vec<f64>>,
     /// Evaluations that are waited for.
     pub pending: Vec<EvaluationRequest>,
@@ -43,8 +43,8 @@ pub struct RestartState {
     pub replans: usize,
     /// The best design that counts: within the violation tolerance, without overlapping walls, stable.
     pub best: Option<BestPoint>,
-    /// Designs that count and that a sweep may hand on, the best first; at most as many as its step keeps. Empty of an
-    /// optimiser, which leads to one.
+    /// Designs that count and that a sample of points may hand on, the best first; at most as many as its step keeps. Empty
+    /// of an optimiser, which leads to one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub kept: Vec<BestPoint>,
     /// The best design within the violation tolerance, overlapping walls and unstable branches included.
@@ -129,11 +129,16 @@ pub fn begin(
     let study = &*study.given(spec.step, &spec.given);
     let step = study.step(spec.step)?;
     let problem = study.problem(spec.step)?;
-    let mut options = step.optimiser.clone();
-    if let OptimiserOptions::Sweep(sweep) = &mut options
-        && !spec.points.is_empty()
-    {
-        sweep.points.clone_from(&spec.points);
+    let mut options = step.optimiser.clone().seeded(spec.seed, spec.index);
+    match &mut options {
+        OptimiserOptions::Sweep(sweep) if !spec.points.is_empty() => {
+            sweep.points.clone_from(&spec.points);
+        }
+        OptimiserOptions::RandomSearch(search) => {
+            let share = step.evaluations_per_restart().unwrap_or(usize::MAX);
+            search.evaluations = search.evaluations.min(share);
+        }
+        _ => {}
     }
     let (optimiser, asks) =
         optimiser::start(options, problem, spec.x0.clone()).map_err(|source| {
@@ -142,8 +147,7 @@ pub fn begin(
                 source,
             }
         })?;
-    let has_base = step.model.finite_elements().is_some()
-        && !matches!(step.optimiser, OptimiserOptions::Sweep(_));
+    let has_base = step.model.finite_elements().is_some() && step.optimiser.walks();
     let mut state = RestartState {
         spec: spec.clone(),
         // The optimiser moves the start into the bounds: its first ask is the design that counts.
@@ -160,6 +164,7 @@ pub fn begin(
         plan_failed: false,
         before_replan: None,
     };
+    let asks = state.screened(study)?.unwrap_or(asks);
     state.pending = state.requests(study, asks)?;
     let asks = state.pending.clone();
     Ok((state, asks))
@@ -205,7 +210,7 @@ impl RestartState {
         let problem = study.problem(self.spec.step)?;
         let step = study.step(self.spec.step)?;
         let tolerance = step.optimiser.violation_tolerance();
-        let sweeps = matches!(step.optimiser, OptimiserOptions::Sweep(_));
+        let is_sample = step.optimiser.is_sample();
         let keeps = KEPT_PER_CANDIDATE * step.keeps;
         let lost = Outcome::without_values(OutcomeStatus::Lost);
         let pending = std::mem::take(&mut self.pending);
@@ -233,7 +238,7 @@ impl RestartState {
                     constraints: outcome.constraints.clone(),
                 };
                 if !point.walls_overlap && !outcome.is_unstable() {
-                    if sweeps {
+                    if is_sample {
                         insert(&mut self.kept, &point, keeps);
                     }
                     keep_better(&mut self.best, &point);
@@ -259,7 +264,11 @@ impl RestartState {
                 let next = optimiser::step(&self.optimiser, told);
                 self.optimiser = next.state;
                 self.stop = next.done.map(RestartStop::Optimiser);
-                if was_replanned.is_none() && self.stop.is_none() {
+                if self.stop.is_some() {
+                    next.asks
+                } else if let Some(drawn) = self.screened(study)? {
+                    drawn
+                } else if was_replanned.is_none() {
                     self.replan(study)?.unwrap_or(next.asks)
                 } else {
                     next.asks
@@ -279,6 +288,30 @@ impl RestartState {
         }
         self.pending = self.requests(study, asks)?;
         Ok(())
+    }
+
+    /// Lets an optimiser that draws its points draw others for those that their geometry refuses, so that no analysis is
+    /// spent on them; `None` for one that walks to its points.
+    fn screened(&mut self, study: &Study) -> Result<Option<Vec<Ask>>, StudyError> {
+        let step = self.spec.step;
+        let options = &study.step(step)?.optimiser;
+        if options.walks() {
+            return Ok(None);
+        }
+        let tolerance = options.violation_tolerance();
+        let mut error = None;
+        let next = optimiser::screen(&self.optimiser, |x| match study.refusal(step, x) {
+            Ok(refusal) => (refusal > tolerance).then_some(refusal),
+            Err(source) => {
+                error.get_or_insert(source);
+                None
+            }
+        });
+        if let Some(error) = error {
+            return Err(error);
+        }
+        self.optimiser = next.state;
+        Ok(Some(next.asks))
     }
 
     /// Between two iterations: makes the iterate the plan's base if the present plan no longer serves.

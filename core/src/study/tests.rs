@@ -7,6 +7,7 @@ mod machine;
 mod replan;
 mod schema;
 mod starts;
+mod without_gradients;
 
 use serde_json::Value;
 

@@ -12,3 +12,4 @@ mod run;
 mod sqp;
 mod table;
 mod time;
+mod without_gradients;

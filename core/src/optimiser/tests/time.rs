@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use super::{cases::named, run::options};
 use crate::optimiser::{
-    Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, Told, start, step,
+    CmaEsOptions, Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, Told,
+    start, step,
 };
 
 const RUNS: usize = 4;
@@ -29,6 +30,8 @@ fn two_hundred_variables_take_less_than_fifty_milliseconds_an_iteration() {
         ),
         ("cantilever_50", "gcmma", GcmmaOptions::default().into()),
         ("cantilever_100", "gcmma", GcmmaOptions::default().into()),
+        ("cantilever_50", "cma_es", generations()),
+        ("cantilever_100", "cma_es", generations()),
     ] {
         let case = named(id);
         // Runs are deterministic: the least time of each step over some runs is what it takes on a quiet machine.
@@ -61,4 +64,13 @@ fn two_hundred_variables_take_less_than_fifty_milliseconds_an_iteration() {
         println!("{id} {label}: {iterations} iterations, {each:?} each");
         assert!(each < Duration::from_millis(50), "{id} {label}: {each:?}");
     }
+}
+
+/// Enough generations for the covariance to be anything.
+fn generations() -> OptimiserOptions {
+    CmaEsOptions {
+        max_evaluations: Some(4000),
+        ..CmaEsOptions::default()
+    }
+    .into()
 }

@@ -1,10 +1,11 @@
 //! Reads a step's optimiser.
 
 use super::restarts::read_points;
+use super::step::MAX_EVALUATIONS;
 use crate::document::{Node, Object};
 use crate::optimiser::{
-    Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, SqpOptions,
-    SweepOptions,
+    CmaEsOptions, Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions,
+    RandomSearchOptions, SqpOptions, SweepOptions,
 };
 
 pub(super) const MAX_POINTS: usize = 100_000;
@@ -17,6 +18,8 @@ enum Method {
     Mmfd,
     Gcmma,
     Sqp,
+    CmaEs,
+    RandomSearch,
     Sweep,
 }
 
@@ -71,12 +74,16 @@ pub fn read_optimiser(
         ("mmfd", Method::Mmfd),
         ("gcmma", Method::Gcmma),
         ("sqp", Method::Sqp),
+        ("cma_es", Method::CmaEs),
+        ("random_search", Method::RandomSearch),
         ("sweep", Method::Sweep),
     ])?;
     let options = match method {
         Method::Mmfd => read_mmfd(&object, gradients).map(OptimiserOptions::Mmfd),
         Method::Gcmma => read_gcmma(&object, gradients).map(OptimiserOptions::Gcmma),
         Method::Sqp => read_sqp(&object, gradients).map(OptimiserOptions::Sqp),
+        Method::CmaEs => read_cma_es(&object).map(OptimiserOptions::CmaEs),
+        Method::RandomSearch => read_random_search(&object).map(OptimiserOptions::RandomSearch),
         Method::Sweep => read_sweep(&object, of_unit, bounds).map(OptimiserOptions::Sweep),
     }?;
     let mut faults = crate::fault::Faults::default();
@@ -265,6 +272,71 @@ fn read_sqp(object: &Object<'_>, gradients: Gradients) -> Option<SqpOptions> {
         first_move: first_move?,
         infeasible_iterations: infeasible_iterations?,
         stall_factor: stall_factor?,
+    })
+}
+
+fn read_cma_es(object: &Object<'_>) -> Option<CmaEsOptions> {
+    object.allow(&[
+        "method",
+        "seed",
+        "population",
+        "first_step",
+        "doublings",
+        "max_evaluations",
+        "violation_tolerance",
+        "absolute_tolerance",
+        "relative_tolerance",
+        "step_tolerance",
+    ]);
+    let default = CmaEsOptions::default();
+    let number = |name: &str, default: f64| object.or(name, default, Node::number);
+    // Every field is read before the first missing one ends the reading.
+    let seed = object.or("seed", default.seed, Node::seed);
+    let population = object.optional("population", |n| n.count(1, MAX_POINTS));
+    let first_step = number("first_step", default.first_step);
+    let doublings = object.or("doublings", default.doublings, |n| n.count(0, MAX_POINTS));
+    let max_evaluations = object.optional("max_evaluations", |n| n.count(1, MAX_EVALUATIONS));
+    let violation_tolerance = number("violation_tolerance", default.violation_tolerance);
+    let absolute_tolerance = object.optional("absolute_tolerance", Node::number);
+    let relative_tolerance = number("relative_tolerance", default.relative_tolerance);
+    let step_tolerance = number("step_tolerance", default.step_tolerance);
+    Some(CmaEsOptions {
+        seed: seed?,
+        population: population?,
+        first_step: first_step?,
+        doublings: doublings?,
+        max_evaluations: max_evaluations?,
+        violation_tolerance: violation_tolerance?,
+        absolute_tolerance: absolute_tolerance?,
+        relative_tolerance: relative_tolerance?,
+        step_tolerance: step_tolerance?,
+    })
+}
+
+fn read_random_search(object: &Object<'_>) -> Option<RandomSearchOptions> {
+    object.allow(&[
+        "method",
+        "seed",
+        "evaluations",
+        "batch",
+        "violation_tolerance",
+    ]);
+    let default = RandomSearchOptions::default();
+    let seed = object.or("seed", default.seed, Node::seed);
+    let evaluations = object
+        .required("evaluations")
+        .and_then(|n| n.count(1, MAX_EVALUATIONS));
+    let batch = object.or("batch", default.batch, |n| n.count(1, MAX_POINTS));
+    let violation_tolerance = object.or(
+        "violation_tolerance",
+        default.violation_tolerance,
+        Node::number,
+    );
+    Some(RandomSearchOptions {
+        seed: seed?,
+        evaluations: evaluations?,
+        batch: batch?,
+        violation_tolerance: violation_tolerance?,
     })
 }
 

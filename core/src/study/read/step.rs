@@ -16,7 +16,7 @@ use crate::study::spec::{
 };
 use crate::study::takes::Given;
 
-const MAX_EVALUATIONS: usize = 1_000_000_000;
+pub(super) const MAX_EVALUATIONS: usize = 1_000_000_000;
 const NO_CONSTRAINTS: StepConstraints = StepConstraints::Counts {
     inequalities: 0,
     equalities: 0,

@@ -87,12 +87,12 @@ impl Restarts {
 }
 
 impl StudyStep {
-    /// The senses in which its restarts run. A sweep under `either` runs in none: the sense only changes the sign of the
-    /// area, so that each point is analysed once and counts in its better sense.
+    /// The senses in which its restarts run. A sample of points under `either` runs in none: the sense only changes the sign
+    /// of the area, so that each point is analysed once and counts in its better sense.
     fn senses(&self) -> Vec<Option<Orientation>> {
-        let sweeps = matches!(self.optimiser, OptimiserOptions::Sweep(_));
+        let is_sample = self.optimiser.is_sample();
         match &self.target {
-            Some(target) if sweeps && target.either_sense => vec![None],
+            Some(target) if is_sample && target.either_sense => vec![None],
             Some(target) => target.senses(),
             None => vec![None],
         }
@@ -134,7 +134,7 @@ impl StudyStep {
 
 impl Study {
     /// The restarts of a step, in the document's order; with `orientation = "either"` each start is followed by its twin
-    /// of the other sense, except of a sweep.
+    /// of the other sense, except of a sweep or a random search.
     pub fn restarts(
         &self,
         step: usize,
@@ -188,6 +188,11 @@ impl Study {
                 points: points.clone(),
             })
             .collect())
+    }
+
+    /// By how much its geometry alone refuses a design, before any analysis; 0 if it does not.
+    pub(super) fn refusal(&self, step: usize, x: &[f64]) -> Result<f64, StudyError> {
+        StartSpace::new(self, step)?.refusal(x)
     }
 
     fn add_starts(

@@ -168,7 +168,7 @@ fn gradients_come_from_the_model_unless_it_has_none() {
         OptimiserOptions::Mmfd(options) => options.gradient,
         OptimiserOptions::Gcmma(options) => options.gradient,
         OptimiserOptions::Sqp(options) => options.gradient,
-        OptimiserOptions::Sweep(_) => panic!("no sweep"),
+        other => panic!("a method without gradients: {other:?}"),
     };
     for method in ["mmfd", "gcmma", "sqp"] {
         let mut truss = example("three-bar-truss");
