@@ -61,3 +61,19 @@ fn units_that_differ_are_bad_input() {
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["faults"][0]["path"], "unit_materials[1]");
 }
+
+#[test]
+fn the_rod_needs_two_channels_and_a_grid() {
+    for (arguments, path) in [
+        (&["--rod", "4"][..], "rod"),
+        (
+            &["--rod", "--set", "actuation.schedule=ramp"],
+            "actuation.schedule",
+        ),
+    ] {
+        let output = reduce(&[&["--json"], arguments].concat());
+        assert_eq!(output.status.code(), Some(2));
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(found["faults"][0]["path"], path);
+    }
+}

@@ -16,6 +16,7 @@ pub mod numerical_error;
 pub mod pressure_map;
 mod reduced_step;
 pub mod reduction;
+pub mod rod;
 mod scene;
 mod study;
 

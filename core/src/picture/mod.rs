@@ -22,7 +22,7 @@ pub use axis::Scale;
 pub use curve::{BestPoint, CurvePicture, CurvePoint, CurveSeries};
 pub use graph::{GraphPicture, GraphStep};
 pub use pressure_plane::PressurePlanePicture;
-pub use reduced::{ReducedPicture, TipPaths};
+pub use reduced::{ReducedPicture, TipPaths, tip_paths_svg};
 pub use scatter::{ScatterPicture, ScatterSeries};
 #[cfg(feature = "solver")]
 pub use shape::ShapePicture;

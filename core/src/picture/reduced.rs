@@ -300,9 +300,40 @@ fn legend<'a>(
     }
 }
 
+/// Paths of tips alone, `columns` panels a row, with lines under the picture.
+pub fn tip_paths_svg(
+    title: &str,
+    panels: &[TipPaths<'_>],
+    columns: usize,
+    caption: &[String],
+) -> String {
+    const PANEL: [f64; 2] = [430.0, 250.0];
+    let columns = columns.max(1);
+    let width = MARGIN + columns as f64 * (PANEL[0] + MARGIN);
+    let caption: Vec<String> = (caption.iter())
+        .flat_map(|line| text::wrap(line, width - 40.0, 12.0))
+        .collect();
+    let foot = TOP + panels.len().div_ceil(columns) as f64 * PANEL[1];
+    let height = foot + 16.0 * caption.len() as f64 + 20.0;
+    let mut svg = Svg::new([width, height], title);
+    let bold = format!("{DARK} font-weight=\"bold\"");
+    let title = text::shortened_bold(title, width - 2.0 * MARGIN, 15.0);
+    svg.text([MARGIN, 26.0], 15.0, Anchor::Start, &bold, &title);
+    for (i, paths) in panels.iter().enumerate() {
+        let (column, row) = (i % columns, i / columns);
+        let at = [
+            MARGIN + column as f64 * (PANEL[0] + MARGIN),
+            TOP + row as f64 * PANEL[1],
+        ];
+        tip_paths(&mut svg, at, PANEL, "", paths);
+    }
+    frame::caption(&mut svg, foot, &caption);
+    svg.finish()
+}
+
 /// (c), (d): the path of a tip in FE in red, what is foretold in dashes.
 fn tip_paths(svg: &mut Svg, at: [f64; 2], size: [f64; 2], letter: &str, paths: &TipPaths<'_>) {
-    heading(svg, at, &format!("{letter} {}", paths.title));
+    heading(svg, at, format!("{letter} {}", paths.title).trim_start());
     let foretold = || paths.foretold_mm.iter().map(|(_, path)| *path);
     let all = paths.fe_mm.iter().chain(foretold().flatten());
     let from = [at[0] + 6.0, at[1] + HEAD];
@@ -509,5 +540,7 @@ mod tests {
             ..empty
         };
         assert!(!empty.svg().contains("times"));
+        let alone = tip_paths_svg("paths", &[paths[0].clone(), paths[0].clone()], 3, &[]);
+        assert_eq!(alone.matches("one &amp; only").count(), 2);
     }
 }

@@ -1,4 +1,4 @@
-//! A displacement as a function of the two shares of the largest pressure: a polynomial in their square roots through the values
+//! Values (a displacement, the strains of a unit) as functions of the two shares of the largest pressure: a polynomial in their square roots through the values
 //! on a tensor grid of Lobatto's points.
 //!
 //! s_i = (1 - cos(pi i / (n - 1))) / 2 and p_i / p_max = s_i^2, i = 0..n-1, in each channel: dense at both ends and most towards zero
@@ -47,28 +47,29 @@ impl Points {
     }
 }
 
-/// Displacements over the pressure plane.
+/// Displacements, or other values of `N` parts, over the pressure plane.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Surface {
+pub struct Surface<const N: usize = 2> {
     points: Points,
-    /// Values, the first channel running fastest, mm.
-    values: Vec<[f64; 2]>,
+    /// Values, the first channel running fastest.
+    values: Vec<[f64; N]>,
 }
 
-impl Surface {
+impl<const N: usize> Surface<N> {
     /// Through `values` on the grid of `points`, the first channel running fastest; `None` where their number is not its square.
-    pub fn new(points: Points, values: Vec<[f64; 2]>) -> Option<Self> {
+    pub fn new(points: Points, values: Vec<[f64; N]>) -> Option<Self> {
         (values.len() == points.0.len().pow(2)).then_some(Self { points, values })
     }
 
     /// Value at shares of the largest pressure in [0, 1].
-    pub fn at(&self, [first, second]: [f64; 2]) -> [f64; 2] {
+    pub fn at(&self, [first, second]: [f64; 2]) -> [f64; N] {
         let (a, b) = (self.points.cardinals(first), self.points.cardinals(second));
-        let mut sum = [0.0; 2];
+        let mut sum = [0.0; N];
         for (row, b) in self.values.chunks_exact(a.len()).zip(b) {
             for (value, a) in row.iter().zip(&a) {
-                sum[0] += a * b * value[0];
-                sum[1] += a * b * value[1];
+                for (sum, value) in sum.iter_mut().zip(value) {
+                    *sum += a * b * value;
+                }
             }
         }
         sum

@@ -8,7 +8,6 @@
 //! elsewhere, where a state is unstable or a second equilibrium was met, the map says so and scores nothing.
 
 mod score;
-pub mod surface;
 #[cfg(test)]
 mod tests;
 
@@ -16,6 +15,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+pub use crate::reduced::surface;
 pub use score::Score;
 use surface::{Points, Surface};
 
@@ -151,13 +151,13 @@ pub struct PressureMap {
 }
 
 /// The path of a map: rows of pressures, and for each row beyond the grid the index of the state that it meets again.
-struct Tour {
-    rows_kpa: Vec<Vec<f64>>,
+pub(super) struct Tour {
+    pub rows_kpa: Vec<Vec<f64>>,
     again: Vec<usize>,
 }
 
 impl Tour {
-    fn new(pressures_kpa: &[f64]) -> Self {
+    pub fn new(pressures_kpa: &[f64]) -> Self {
         let n = pressures_kpa.len();
         let pair = |i: usize, j: usize| vec![pressures_kpa[i], pressures_kpa[j]];
         let mut rows_kpa: Vec<Vec<f64>> = (0..n * n)
@@ -179,7 +179,7 @@ impl Tour {
     }
 
     /// The state of the path that is at a node; [`Self::node`] is its own inverse within a row.
-    fn visit(n: usize, i: usize, j: usize) -> usize {
+    pub fn visit(n: usize, i: usize, j: usize) -> usize {
         let (i, j) = Self::node(n, i + j * n);
         i + j * n
     }

@@ -7,9 +7,10 @@ use serde_json::{Value, json};
 use super::named_scene;
 use crate::equilibrium::Unobserved;
 use crate::evaluate::reduction::{CHAINS, Source, reduction};
+use crate::evaluate::rod::{CannotCalibrate, calibrate_rod, compare_rod, solve_schedules};
 use crate::evaluate::{ChainStates, SceneStatus, solve_chain};
 use crate::geometry::polygon::{distance, signed_area};
-use crate::reduced::{LinearTransform, edge, frames};
+use crate::reduced::{LinearTransform, RodUnits, edge, frames};
 use crate::scene::{Scene, read_scene};
 
 /// `chambers-40x15` on a coarse mesh.
@@ -157,4 +158,47 @@ fn what_is_no_chain_of_equal_units_is_a_fault() {
     assert_eq!(faults.0[0].path, "actuator.units[2]");
     let faults = solve_chain(&other, 0, false, &mut Unobserved).unwrap_err();
     assert!(faults.0.iter().any(|fault| fault.path == "units"));
+}
+
+/// A rod of three units' own strains, calibrated over the plane, has the tips of three units under schedules that cross the
+/// plane elsewhere; the first order of what it misses is that the tip is the middle of a bulged edge.
+#[test]
+fn a_rod_foretells_schedules_that_it_was_not_calibrated_on() {
+    let scene = scene(&json!("hold"), 1e-8);
+    let rod = calibrate_rod(&scene, 5, &mut Unobserved).expect("a rod");
+    let chain = solve_schedules(&scene, 3, &mut Unobserved).expect("a chain");
+    assert_eq!(chain.end.status, SceneStatus::Ok);
+    // The means of the edges, by their own transformations: the rod interpolates them.
+    let own: Vec<Vec<LinearTransform>> = (1..=3)
+        .map(|unit| chain.fit_unit(unit).expect("fitted").transforms())
+        .collect();
+    let middle = |state: usize| {
+        let units: Vec<LinearTransform> = own.iter().map(|unit| unit[state]).collect();
+        frames(&units, chain.unit_mm)[3].origin_mm
+    };
+    let pressures: Vec<Vec<f64>> = (chain.points.iter())
+        .map(|p| p.pressure_kpa.clone())
+        .collect();
+    let path = rod
+        .path(3, 3, RodUnits::Each, &pressures)
+        .expect("within the range");
+    let largest = path
+        .iter()
+        .fold(0.0, |m: f64, p| m.max(distance(path[0], *p)));
+    for (state, p) in path.iter().enumerate() {
+        let apart = distance(*p, middle(state));
+        assert!(apart < 0.02 * largest, "{state}: {apart} of {largest} mm");
+    }
+    let found = compare_rod(&rod, &chain).expect("within the range");
+    assert_eq!(found.len(), 3 * 2 * 2);
+    for one in &found {
+        assert_eq!(one.fe_path_mm.len(), one.path_mm.len());
+        assert_eq!(one.fe_path_mm[0], one.path_mm[0]);
+        assert!(one.fe_area_mm2 * one.area_mm2 > 0.0, "{one:?}");
+    }
+    // One channel alone knows no plane.
+    let mut ramp = scene;
+    ramp.actuation.rows_kpa = vec![vec![0.0], vec![15.0]];
+    let refused = calibrate_rod(&ramp, 5, &mut Unobserved).unwrap_err();
+    assert_eq!(refused, CannotCalibrate::Channels { found: 1 });
 }
