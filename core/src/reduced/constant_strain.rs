@@ -100,6 +100,14 @@ impl Strain {
         }
     }
 
+    /// The transformation whose right edge has the same pose and its length at rest.
+    pub fn transform(&self, width_mm: f64) -> LinearTransform {
+        let pose = self.pose(width_mm);
+        let (sine, cosine) = pose.turn_rad.sin_cos();
+        let [x, y] = pose.origin_mm;
+        LinearTransform::from_slice(&[x / width_mm, -sine, y / width_mm, cosine])
+    }
+
     /// The strains of the unit upside down.
     #[must_use]
     pub fn mirrored(&self) -> Self {
@@ -219,8 +227,11 @@ mod tests {
         for parts in BENT {
             let pose = Strain::from_parts(parts).pose(80.0);
             let back = Strain::of_pose(pose.origin_mm, pose.turn_rad, 80.0).parts();
-            for (a, b) in back.iter().zip(parts) {
+            let transform = Strain::from_parts(parts).transform(80.0);
+            let through = Strain::of_transform(&transform, 80.0).parts();
+            for ((a, c), b) in back.iter().zip(through).zip(parts) {
                 assert!((a - b).abs() < 1e-14, "{parts:?} {back:?}");
+                assert!((c - b).abs() < 1e-14, "{parts:?} {through:?}");
             }
         }
     }

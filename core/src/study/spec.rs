@@ -144,7 +144,9 @@ pub enum Model {
     /// Finite elements on one unit of each of several chamber layouts.
     FeLayouts(FeLayoutsModel),
     /// The reduced model of a chain: a transformation of a unit per actuation (Eq. 1).
-    LinearTransform(LinearTransformModel),
+    LinearTransform(ReducedModel),
+    /// The reduced model of a chain: constant strains of a unit per actuation.
+    ConstantStrain(ReducedModel),
     /// A program.
     Command(CommandModel),
 }
@@ -176,13 +178,13 @@ pub enum LayoutScore {
     Distance,
 }
 
-/// The reduced model of a chain of equal units.
+/// A reduced model of a chain of equal units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct LinearTransformModel {
+pub struct ReducedModel {
     /// Number of units; `None`: that of the actuator.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<usize>,
-    /// Number of actuations, each a transformation of a unit; the last one is followed by rest.
+    /// Number of actuations, each a transformation of a unit, or its strains; the last one is followed by rest.
     pub actuations: usize,
 }
 
@@ -416,7 +418,19 @@ impl Model {
     pub fn finite_elements(&self) -> Option<&FeModel> {
         match self {
             Self::FeCascade(model) | Self::FeDirect(model) => Some(model),
-            Self::FeLayouts(_) | Self::LinearTransform(_) | Self::Command(_) => None,
+            Self::FeLayouts(_)
+            | Self::LinearTransform(_)
+            | Self::ConstantStrain(_)
+            | Self::Command(_) => None,
+        }
+    }
+
+    /// A reduced model with the number of its variables per actuation.
+    pub fn reduced(&self) -> Option<(&ReducedModel, usize)> {
+        match self {
+            Self::LinearTransform(model) => Some((model, 4)),
+            Self::ConstantStrain(model) => Some((model, 3)),
+            Self::FeCascade(_) | Self::FeDirect(_) | Self::FeLayouts(_) | Self::Command(_) => None,
         }
     }
 
@@ -425,7 +439,7 @@ impl Model {
         match self {
             Self::FeCascade(model) | Self::FeDirect(model) => model.units,
             Self::FeLayouts(_) => Some(1),
-            Self::LinearTransform(model) => model.units,
+            Self::LinearTransform(model) | Self::ConstantStrain(model) => model.units,
             Self::Command(_) => None,
         }
     }
@@ -436,7 +450,7 @@ impl Model {
         let mut model = self.clone();
         match &mut model {
             Self::FeCascade(model) | Self::FeDirect(model) => model.units = None,
-            Self::LinearTransform(model) => model.units = None,
+            Self::LinearTransform(model) | Self::ConstantStrain(model) => model.units = None,
             Self::FeLayouts(_) | Self::Command(_) => {}
         }
         model

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::error::StudyError;
 use super::spec::{FeLayoutsModel, Model, Study, StudyActuator};
 use crate::geometry::Layout;
-use crate::reduced::LinearTransform;
+use crate::reduced::{LinearTransform, Strain};
 use crate::scene::Orientation;
 
 /// The pass of the framework to which a hierarchical step belongs.
@@ -214,7 +214,7 @@ impl Study {
         Ok(match &self.step(step)?.model {
             Model::FeLayouts(model) => Some(model.at(x).0),
             Model::FeCascade(_) | Model::FeDirect(_) => self.layout(step),
-            Model::LinearTransform(_) | Model::Command(_) => None,
+            Model::LinearTransform(_) | Model::ConstantStrain(_) | Model::Command(_) => None,
         })
     }
 
@@ -227,10 +227,18 @@ impl Study {
         step: usize,
         x: &[f64],
     ) -> Result<Vec<LinearTransform>, StudyError> {
-        let reduced = matches!(self.step(step)?.model, Model::LinearTransform(_));
-        let (entries, _) = x.as_chunks::<4>();
-        let transforms = entries.iter().map(LinearTransform::from_slice);
-        Ok(transforms.filter(|_| reduced).collect())
+        let width = self.body.as_ref().map_or(1.0, |b| b.actuator.unit_mm[0]);
+        Ok(match self.step(step)?.model {
+            Model::LinearTransform(_) => {
+                let (entries, _) = x.as_chunks::<4>();
+                entries.iter().map(LinearTransform::from_slice).collect()
+            }
+            Model::ConstantStrain(_) => {
+                let strains = strains_of(x, width);
+                strains.iter().map(|s| s.transform(width)).collect()
+            }
+            _ => Vec::new(),
+        })
     }
 
     /// Chamber corners of a step's design, one list for each free unit.
@@ -255,4 +263,14 @@ impl Study {
     pub fn index_of(&self, id: &str) -> Option<usize> {
         self.steps.iter().position(|step| step.id == id)
     }
+}
+
+/// The strains of the variables of a constant-strain model, `[turn (rad), extension, shear]` for each actuation of a unit of this
+/// width.
+pub fn strains_of(x: &[f64], width_mm: f64) -> Vec<Strain> {
+    let (entries, _) = x.as_chunks::<3>();
+    let strain = |[turn, extension, shear]: &[f64; 3]| {
+        Strain::from_parts([turn / width_mm, *extension, *shear])
+    };
+    entries.iter().map(strain).collect()
 }

@@ -67,6 +67,39 @@ fn the_reduced_model_has_the_gradient_of_differences_and_needs_two_actuations() 
 }
 
 #[test]
+fn the_constant_strain_model_has_the_gradient_of_differences_and_the_area_of_its_transformations() {
+    let step = |id: &str, kind: &str| {
+        json!({
+            "id": id, "pass": "forward",
+            "target": {"kind": "enclosed_area", "probe_mm": [640, 40], "orientation": "counter_clockwise"},
+            "model": {"kind": kind, "actuations": 2},
+            "optimiser": {"method": "gcmma"}, "restarts": {"start": "random", "count": 1},
+        })
+    };
+    let study = study(&step("motion", "constant_strain"));
+    let none = Given::default();
+    let x = [0.03, 0.05, 0.02, -0.05, 0.1, 0.04];
+    let outcome = at(&study, &x, &none, true);
+    let objective = outcome.objective.expect("an area");
+    assert!(objective.abs() > 100.0);
+    let gradient = outcome.gradient.expect("wanted");
+    for k in 0..x.len() {
+        let moved = |h: f64| {
+            let mut y = x;
+            y[k] += h;
+            at(&study, &y, &none, false).objective.expect("an area")
+        };
+        let difference = (moved(1e-5) - moved(-1e-5)) / 2e-5;
+        assert!((difference / gradient[k] - 1.0).abs() < 1e-6, "entry {k}");
+    }
+    // What it hands on, a transformation per actuation, has the same tips in the paper's model.
+    let transforms = study.transforms_of(0, &x).expect("a reduced step");
+    let area = crate::reduced::area(&transforms, [80.0; 2], 8).0;
+    assert!((objective + area).abs() < 1e-9 * area.abs(), "{objective} {area}");
+    assert_eq!(outcome.report.expect("a report").transforms, transforms);
+}
+
+#[test]
 fn the_layout_that_does_what_is_asked_comes_first() {
     let study = study(&json!({
         "id": "layout",

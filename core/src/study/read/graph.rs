@@ -189,7 +189,7 @@ impl Graph<'_> {
         let step = &steps[i];
         let whole = self.body.map_or(1, |body| body.actuator.units);
         let fewer = self.units(step) < whole;
-        let reduced = matches!(step.model, Model::LinearTransform(_));
+        let reduced = step.model.reduced().is_some();
         for (k, simplification) in step.simplifies.iter().enumerate() {
             let complaint = match simplification {
                 Simplification::Repeat => matches!(step.model, Model::FeDirect(_)).then(|| {
@@ -275,8 +275,8 @@ fn has_not(taken_as: TakenAs, step: &StudyStep, other: &StudyStep) -> Option<Str
         TakenAs::Behaviour if !matches!(step.model, Model::FeLayouts(_)) => {
             Some("only \"fe_layouts\" is held against transformations that are asked for".into())
         }
-        TakenAs::Behaviour if !matches!(other.model, Model::LinearTransform(_)) => Some(format!(
-            "step \"{}\" asks for no transformations: its model is none of \"linear_transform\"",
+        TakenAs::Behaviour if other.model.reduced().is_none() => Some(format!(
+            "step \"{}\" asks for no transformations: its model is none of \"linear_transform\" and \"constant_strain\"",
             other.id
         )),
         TakenAs::Layout | TakenAs::Behaviour => None,
@@ -301,6 +301,7 @@ fn has_not(taken_as: TakenAs, step: &StudyStep, other: &StudyStep) -> Option<Str
                 })
             }
             (Model::LinearTransform(a), Model::LinearTransform(b))
+            | (Model::ConstantStrain(a), Model::ConstantStrain(b))
                 if a.actuations == b.actuations =>
             {
                 None

@@ -11,14 +11,14 @@ use crate::scene::validate::{
 use crate::scene::{ContactMode, ElementChoice};
 use crate::study::spec::{
     AccuracyDesign, ChosenMesh, CommandModel, FeLayoutsModel, FeModel, LayoutScore,
-    LinearTransformModel, MeshAccuracy, Model, StudyBody, StudyMaterials,
+    ReducedModel, MeshAccuracy, Model, StudyBody, StudyMaterials,
 };
 
 const MAX_ARGUMENTS: usize = 1000;
 const MAX_TIME_LIMIT_S: f64 = 1e6;
 const MAX_ACTUATIONS: usize = 20;
 const KINDS: &str =
-    "\"fe_cascade\", \"fe_direct\", \"fe_layouts\", \"linear_transform\" or \"command\"";
+    "\"fe_cascade\", \"fe_direct\", \"fe_layouts\", \"linear_transform\", \"constant_strain\" or \"command\"";
 
 /// Kinds of models.
 #[derive(Clone, Copy, PartialEq)]
@@ -31,10 +31,10 @@ pub enum Kind {
     FeLayouts,
     /// The reduced model of a chain.
     LinearTransform,
+    /// The same of a chain whose units have constant strains.
+    ConstantStrain,
     /// A program.
     Command,
-    /// One that a later version has; it shares the fields of a finite-element model.
-    Later,
 }
 
 /// Reads the kind of a model.
@@ -46,10 +46,7 @@ pub fn read_kind(model: &Node<'_>) -> Option<Kind> {
         "fe_layouts" => Some(Kind::FeLayouts),
         "linear_transform" => Some(Kind::LinearTransform),
         "command" => Some(Kind::Command),
-        later @ "constant_strain" => {
-            kind.fault::<()>(format!("\"{later}\" is not available yet; use {KINDS}"));
-            Some(Kind::Later)
-        }
+        "constant_strain" => Some(Kind::ConstantStrain),
         other => kind.fault(format!("expected {KINDS}, found \"{other}\"")),
     }
 }
@@ -66,9 +63,9 @@ pub fn read_model(
         Kind::FeCascade => read_finite_elements(&object, body, &["units"]).map(Model::FeCascade),
         Kind::FeDirect => read_finite_elements(&object, body, &["units"]).map(Model::FeDirect),
         Kind::FeLayouts => read_layouts(&object, body).map(Model::FeLayouts),
-        Kind::LinearTransform => read_linear_transform(&object, body).map(Model::LinearTransform),
+        Kind::LinearTransform => read_reduced(&object, body).map(Model::LinearTransform),
+        Kind::ConstantStrain => read_reduced(&object, body).map(Model::ConstantStrain),
         Kind::Command => read_command(&object, allow_paths).map(Model::Command),
-        Kind::Later => None,
     }
 }
 
@@ -90,14 +87,14 @@ fn read_units(n: &Node<'_>, body: Option<&StudyBody>) -> Option<usize> {
     Some(units)
 }
 
-fn read_linear_transform(
+fn read_reduced(
     object: &Object<'_>,
     body: Option<&StudyBody>,
-) -> Option<LinearTransformModel> {
+) -> Option<ReducedModel> {
     object.allow(&["kind", "units", "actuations"]);
     let units = object.optional("units", |n| read_units(n, body));
     let actuations = object.or("actuations", 2, |n| n.count(1, MAX_ACTUATIONS));
-    Some(LinearTransformModel {
+    Some(ReducedModel {
         units: units?,
         actuations: actuations?,
     })

@@ -59,7 +59,7 @@ pub fn read_step(
     };
     let body = body.map(|body| of_step(body, model.as_ref()));
     let body = body.as_ref();
-    let chambers = matches!(kind, Kind::FeCascade | Kind::FeDirect | Kind::Later);
+    let chambers = matches!(kind, Kind::FeCascade | Kind::FeDirect);
     let gives_gradients = match &model {
         Some(Model::Command(command)) => command.gradient,
         _ => kind != Kind::FeLayouts,
@@ -76,11 +76,11 @@ pub fn read_step(
             }
             Some(None)
         }
-        Kind::LinearTransform => step
+        Kind::LinearTransform | Kind::ConstantStrain => step
             .required("target")
             .and_then(|n| read_end_of_unit(&n, body))
             .map(Some),
-        Kind::FeCascade | Kind::FeDirect | Kind::Later => step
+        Kind::FeCascade | Kind::FeDirect => step
             .required("target")
             .and_then(|n| read_target(&n, body))
             .map(Some),
@@ -97,9 +97,12 @@ pub fn read_step(
             })
         }
         (Some(n), _) => read_variables(&n, kind, model.as_ref()),
-        (None, Some(model @ (Model::FeLayouts(_) | Model::LinearTransform(_)))) => {
-            Some(read_bounds_of(model))
-        }
+        (
+            None,
+            Some(
+                model @ (Model::FeLayouts(_) | Model::LinearTransform(_) | Model::ConstantStrain(_)),
+            ),
+        ) => Some(read_bounds_of(model)),
         (None, _) if chambers => Some(Variables::Chambers {
             parametrisation: Parametrisation::Corners,
         }),

@@ -8,6 +8,8 @@ const MAX_VARIABLES: usize = 10_000;
 
 /// Bounds of the entries of a transformation, [x_scl, x_sh, y_sh, y_scl]: a unit that grows by up to 30 % and shears by up to a quarter.
 const TRANSFORM: [[f64; 4]; 2] = [[0.9, -0.25, -0.25, 0.9], [1.3, 0.25, 0.25, 1.1]];
+/// Bounds of the strains of a unit, [turn (rad), extension, shear], as far as those of a transformation.
+const STRAIN: [[f64; 3]; 2] = [[-0.25, -0.1, -0.25], [0.25, 0.3, 0.25]];
 /// Least side of a chamber in shares of its domain.
 const LEAST_SHARE: f64 = 0.05;
 
@@ -15,6 +17,7 @@ const LEAST_SHARE: f64 = 0.05;
 pub fn read_bounds_of(model: &Model) -> Variables {
     let [lower, upper] = match model {
         Model::LinearTransform(model) => TRANSFORM.map(|of_one| of_one.repeat(model.actuations)),
+        Model::ConstantStrain(model) => STRAIN.map(|of_one| of_one.repeat(model.actuations)),
         Model::FeLayouts(model) => [
             vec![0.0, LEAST_SHARE, LEAST_SHARE],
             vec![(model.layouts.len() - 1) as f64, 1.0, 1.0],
@@ -26,7 +29,10 @@ pub fn read_bounds_of(model: &Model) -> Variables {
 
 /// Reads `variables` of a model of the given kind.
 pub fn read_variables(node: &Node<'_>, kind: Kind, model: Option<&Model>) -> Option<Variables> {
-    if !matches!(kind, Kind::Command | Kind::LinearTransform) {
+    if !matches!(
+        kind,
+        Kind::Command | Kind::LinearTransform | Kind::ConstantStrain
+    ) {
         let object = node.object(&["parametrisation"])?;
         let parametrisation = object.or("parametrisation", Parametrisation::Corners, |n| {
             let parametrisation = n.choice(&[
@@ -51,12 +57,16 @@ pub fn read_variables(node: &Node<'_>, kind: Kind, model: Option<&Model>) -> Opt
         .and_then(|n| n.numbers(1, MAX_VARIABLES));
     let (lower, upper) = (lower?, upper?);
     let upper_node = upper_node?;
-    if let Some(Model::LinearTransform(model)) = model
-        && lower.len() != 4 * model.actuations
+    if let Some((reduced, parts)) = model.and_then(Model::reduced)
+        && lower.len() != parts * reduced.actuations
     {
+        let names = match kind {
+            Kind::ConstantStrain => "turn_rad, extension, shear",
+            _ => "x_scl, x_sh, y_sh, y_scl",
+        };
         return node.fault(format!(
-            "expected 4 entries (x_scl, x_sh, y_sh, y_scl) for each of {} actuations, found {}",
-            model.actuations,
+            "expected {parts} entries ({names}) for each of {} actuations, found {}",
+            reduced.actuations,
             lower.len()
         ));
     }

@@ -320,7 +320,7 @@ fn each_kind_of_fault_is_noted_at_its_path() {
             "step[0].target={\"kind\": \"displacement\", \"probe_mm\": [160, 40], \"component\": \"x\", \"state\": 99}",
             "step[0].target.state",
         ),
-        ("step[0].model.kind=constant_strain", "step[0].model.kind"),
+        ("step[0].model.kind=constant_beam", "step[0].model.kind"),
         ("step[0].model.kind=oracle", "step[0].model.kind"),
         ("step[0].model.element=hex", "step[0].model.element"),
         (
