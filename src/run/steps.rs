@@ -139,6 +139,10 @@ fn model(study: &Study, step: usize) -> String {
             "reduced model (Eq. 1), {units} units, {} actuations",
             model.actuations
         ),
+        Model::ConstantStrain(model) => format!(
+            "reduced model (constant strains), {units} units, {} actuations",
+            model.actuations
+        ),
         Model::Command(_) => format!("a program, {variables} variables"),
     }
 }
@@ -244,7 +248,7 @@ fn figure(
     else {
         return Ok(None);
     };
-    if let Model::LinearTransform(_) = study.steps[step].model {
+    if study.steps[step].model.reduced().is_some() {
         return Ok(reduced(study, step, &best.x));
     }
     let Some((scene, plan_base)) = winner::scene(study, results, step, best) else {
@@ -280,13 +284,20 @@ fn reduced(study: &Study, step: usize, x: &[f64]) -> Option<String> {
         return None;
     };
     let of_first = |entries: &[f64]| Some(LinearTransform::from_slice(entries.first_chunk::<4>()?));
-    let bounds = Bounds {
-        lower: of_first(lower)?,
-        upper: of_first(upper)?,
+    // The design space is drawn over entries of transformations.
+    let space = match study.steps[step].model {
+        Model::LinearTransform(_) => Some(Bounds {
+            lower: of_first(lower)?,
+            upper: of_first(upper)?,
+        }),
+        _ => None,
     };
-    let explored = largest_areas(ACTUATIONS, &bounds, unit_mm, units, STARTS);
-    let largest: Vec<f64> = explored.iter().map(|e| e.area_mm2).collect();
-    let axis = |actuation: usize| {
+    let largest: Vec<f64> = space
+        .iter()
+        .flat_map(|bounds| largest_areas(ACTUATIONS, bounds, unit_mm, units, STARTS))
+        .map(|e| e.area_mm2)
+        .collect();
+    let axis = |bounds: &Bounds, actuation: usize| {
         let k = Entry::XSh as usize;
         let (low, high) = (bounds.lower.entries()[k], bounds.upper.entries()[k]);
         let value = |i: usize| low + (high - low) * i as f64 / (MAP - 1) as f64;
@@ -296,9 +307,10 @@ fn reduced(study: &Study, step: usize, x: &[f64]) -> Option<String> {
             values: (0..MAP).map(value).collect(),
         }
     };
-    let map = match &transforms[..] {
-        [a, b, ..] => {
-            let map = area_map(&transforms, [axis(0), axis(1)], unit_mm, units).ok();
+    let map = match (&transforms[..], &space) {
+        ([a, b, ..], Some(bounds)) => {
+            let axes = [axis(bounds, 0), axis(bounds, 1)];
+            let map = area_map(&transforms, axes, unit_mm, units).ok();
             map.map(|map| (map, [a.x_sh, b.x_sh]))
         }
         _ => None,

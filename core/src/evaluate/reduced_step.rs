@@ -33,12 +33,10 @@ pub fn evaluate_reduced(study: &Study, request: &EvaluationRequest) -> Result<Ou
     let units = (probe[0] / unit_mm[0]).round() as usize;
     let transforms = study.transforms_of(step, &request.x)?;
     let (value, gradient, path) = if let Model::ConstantStrain(_) = s.model {
-        let (value, gradient, path) =
-            rod_area(&strains_of(&request.x, unit_mm[0]), unit_mm, units);
+        let (value, gradient, path) = rod_area(&strains_of(&request.x, unit_mm[0]), unit_mm, units);
         // The variable is the turn of a unit, which is its curvature times its width.
-        let by_variable = |[curvature, extension, shear]: &[f64; 3]| {
-            [curvature / unit_mm[0], *extension, *shear]
-        };
+        let by_variable =
+            |[curvature, extension, shear]: &[f64; 3]| [curvature / unit_mm[0], *extension, *shear];
         (value, gradient.iter().flat_map(by_variable).collect(), path)
     } else {
         let (value, gradient) = area(&transforms, unit_mm, units);

@@ -28,7 +28,9 @@ pub fn evaluate(
 ) -> Outcome {
     let study = &*study.given(request.step, &request.given);
     let outcome = match study.steps.get(request.step).map(|step| &step.model) {
-        Some(Model::LinearTransform(_) | Model::ConstantStrain(_)) => evaluate_reduced(study, request),
+        Some(Model::LinearTransform(_) | Model::ConstantStrain(_)) => {
+            evaluate_reduced(study, request)
+        }
         Some(Model::FeLayouts(_)) => evaluate_layout(study, request, observer),
         _ => attempt(study, request, observer),
     };

@@ -307,7 +307,7 @@ pub fn tip_paths_svg(
     columns: usize,
     caption: &[String],
 ) -> String {
-    const PANEL: [f64; 2] = [430.0, 250.0];
+    const PANEL: [f64; 2] = [430.0, 272.0];
     let columns = columns.max(1);
     let width = MARGIN + columns as f64 * (PANEL[0] + MARGIN);
     let caption: Vec<String> = (caption.iter())

@@ -63,7 +63,7 @@ impl TensionPicture {
             let stroke = format!(
                 "fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\"{}",
                 COLOURS[i % COLOURS.len()],
-                DASHES[(i / 2) % DASHES.len()]
+                DASHES[(i + i / COLOURS.len()) % DASHES.len()]
             );
             let placed: Vec<[f64; 2]> = points.iter().filter_map(place).collect();
             let inside = |p: &[f64; 2]| (top..=bottom).contains(&p[1]);

@@ -331,7 +331,7 @@ fn cost(row: &Row) -> (usize, f64) {
     let seconds = paid.clone().filter_map(|r| r.cpu_s).sum();
     let fe = paid.filter(|r| {
         let model = row.arm.study.steps.get(r.step).map(|s| &s.model);
-        !matches!(model, Some(Model::LinearTransform(_)))
+        model.is_none_or(|model| model.reduced().is_none())
     });
     (fe.count(), seconds)
 }

@@ -95,7 +95,10 @@ fn the_constant_strain_model_has_the_gradient_of_differences_and_the_area_of_its
     // What it hands on, a transformation per actuation, has the same tips in the paper's model.
     let transforms = study.transforms_of(0, &x).expect("a reduced step");
     let area = crate::reduced::area(&transforms, [80.0; 2], 8).0;
-    assert!((objective + area).abs() < 1e-9 * area.abs(), "{objective} {area}");
+    assert!(
+        (objective + area).abs() < 1e-9 * area.abs(),
+        "{objective} {area}"
+    );
     assert_eq!(outcome.report.expect("a report").transforms, transforms);
 }
 

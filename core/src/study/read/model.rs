@@ -10,15 +10,14 @@ use crate::scene::validate::{
 };
 use crate::scene::{ContactMode, ElementChoice};
 use crate::study::spec::{
-    AccuracyDesign, ChosenMesh, CommandModel, FeLayoutsModel, FeModel, LayoutScore,
-    ReducedModel, MeshAccuracy, Model, StudyBody, StudyMaterials,
+    AccuracyDesign, ChosenMesh, CommandModel, FeLayoutsModel, FeModel, LayoutScore, MeshAccuracy,
+    Model, ReducedModel, StudyBody, StudyMaterials,
 };
 
 const MAX_ARGUMENTS: usize = 1000;
 const MAX_TIME_LIMIT_S: f64 = 1e6;
 const MAX_ACTUATIONS: usize = 20;
-const KINDS: &str =
-    "\"fe_cascade\", \"fe_direct\", \"fe_layouts\", \"linear_transform\", \"constant_strain\" or \"command\"";
+const KINDS: &str = "\"fe_cascade\", \"fe_direct\", \"fe_layouts\", \"linear_transform\", \"constant_strain\" or \"command\"";
 
 /// Kinds of models.
 #[derive(Clone, Copy, PartialEq)]
@@ -87,10 +86,7 @@ fn read_units(n: &Node<'_>, body: Option<&StudyBody>) -> Option<usize> {
     Some(units)
 }
 
-fn read_reduced(
-    object: &Object<'_>,
-    body: Option<&StudyBody>,
-) -> Option<ReducedModel> {
+fn read_reduced(object: &Object<'_>, body: Option<&StudyBody>) -> Option<ReducedModel> {
     object.allow(&["kind", "units", "actuations"]);
     let units = object.optional("units", |n| read_units(n, body));
     let actuations = object.or("actuations", 2, |n| n.count(1, MAX_ACTUATIONS));

@@ -100,7 +100,8 @@ pub fn read_step(
         (
             None,
             Some(
-                model @ (Model::FeLayouts(_) | Model::LinearTransform(_) | Model::ConstantStrain(_)),
+                model
+                @ (Model::FeLayouts(_) | Model::LinearTransform(_) | Model::ConstantStrain(_)),
             ),
         ) => Some(read_bounds_of(model)),
         (None, _) if chambers => Some(Variables::Chambers {
