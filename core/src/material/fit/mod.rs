@@ -1,7 +1,7 @@
 //! A law from a tension test: parameters by least squares, their errors, the choice of the law and where it is stable.
 //!
 //! In uniaxial tension an incompressible solid has the stretches l, l^-1/2, l^-1/2 (the strip is in plane stress), and its nominal
-//! stress is P = dW/dl. Neo-Hookean, Mooney-Rivlin and Yeoh laws are linear in their parameters ([`least_squares::linear`]); Ogden
+//! stress is P = dW/dl. Neo-Hookean, Mooney-Rivlin and Yeoh laws are linear in their parameters; Ogden
 //! laws of one to three terms are found by Levenberg and Marquardt's method from several sets of exponents. All rows count
 //! alike: the sum of (P(l_i) - s_i)^2, in MPa^2, is least.
 //!
