@@ -10,7 +10,6 @@ use std::sync::atomic::AtomicBool;
 use clap::{Args, ValueEnum};
 use salp_core::picture::{Scale, ScatterPicture, ScatterSeries};
 use salp_core::scene::Scene;
-use salp_core::study::spec::Model;
 use salp_protocol::{BandCounts, Curve, StudyState, csv};
 use serde_json::{Value, json};
 
