@@ -8,6 +8,7 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::input::DocumentArguments;
 use crate::output::{Output, number, table};
+use crate::sensitivities;
 use crate::solve::{ended_well, text, with_seconds};
 use crate::stopwatch::Stopwatch;
 
@@ -37,6 +38,8 @@ impl Gradient {
         let mut document = with_seconds(&solution.answer, stopwatch.document());
         let gradient = solution.gradient();
         document["gradient"] = json!(gradient);
+        let sensitivities = sensitivities::of(&scene, &solution, false);
+        document["sensitivities"] = json!(sensitivities);
         let mut lines = Vec::new();
         if self.check && solution.answer.status == SceneStatus::Ok {
             let (_, check) = check_gradient(&scene, &mut Stopwatch::start())?;
@@ -46,6 +49,13 @@ impl Gradient {
         output.print(&document, || {
             let mut text = text(&scene, &solution.answer);
             text += &format!("\ngradient {}", document["gradient"]);
+            let unit = scene.objective.as_ref().map_or("", |goal| goal.unit());
+            for line in sensitivities
+                .iter()
+                .flat_map(|s| sensitivities::lines(s, unit))
+            {
+                text += &format!("\n{line}");
+            }
             if !lines.is_empty() {
                 let rows: Vec<Vec<String>> = lines
                     .iter()

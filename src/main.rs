@@ -4,6 +4,7 @@ mod accuracy;
 mod client;
 mod command;
 mod companions;
+mod compare;
 mod converge;
 mod curve;
 mod failure;
@@ -19,7 +20,9 @@ mod output;
 mod parallel;
 mod reduce;
 mod report;
+mod restarts;
 mod run;
+mod sensitivities;
 mod serve;
 mod shape;
 mod show;
@@ -70,6 +73,8 @@ enum Verb {
     Serve(serve::Serve),
     /// The tip over the plane of two pressures, and the area of any schedule on it
     Map(map::Map),
+    /// Studies at equal CPU time: best of N, chances, expected CPU time to a target
+    Compare(compare::Compare),
     /// Error against run time of a scene: meshes, elements, tolerances, load steps
     Converge(converge::Converge),
     /// The paper's reduced model of a scene's unit, fitted, and held against chains of three and nine
@@ -115,6 +120,7 @@ fn main() -> ExitCode {
         Verb::Solve(verb) => verb.run(output),
         Verb::Gradient(verb) => verb.run(output),
         Verb::Map(verb) => verb.run(output),
+        Verb::Compare(verb) => verb.run(output),
         Verb::Converge(verb) => verb.run(output),
         Verb::Reduce(verb) => verb.run(output),
         Verb::Reproduce(verb) => verb.run(output),

@@ -21,6 +21,7 @@ use crate::input::DocumentArguments;
 use crate::numbers::{Numbers, lines_of};
 use crate::output::{Output, note, number, table, write_file};
 use crate::parallel::cores;
+use crate::sensitivities;
 use crate::shape::picture;
 use crate::stopwatch::{Stopwatch, cpu_seconds};
 use crate::sweep::{
@@ -54,6 +55,9 @@ pub struct Solve {
     /// Encloses the area as well with a stiffening law of equal initial modulus (model spread), and as nine units
     #[arg(long)]
     model_spread: bool,
+    /// Says what the objective is worth by pressure, modulus, walls and corners, and how far each may be off: the adjoint, and one more solve
+    #[arg(long, conflicts_with = "sweep")]
+    sensitivities: bool,
     /// Threads of --numerical-error and --model-spread [default: one per core]
     #[arg(long, requires = "numerical_error", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -76,8 +80,12 @@ impl Solve {
         if self.numerical_error {
             numerical_error::check(&scene)?;
         }
+        if self.sensitivities && scene.objective.is_none() {
+            return Err(Failure::fault("objective", "sensitivities need one"));
+        }
         let plan = self.plan(&scene)?;
         let options = SceneOptions {
+            gradient: self.sensitivities,
             fields: self.vtu.is_some() || self.svg.is_some(),
             plan: plan.clone(),
             ..SceneOptions::default()
@@ -85,6 +93,13 @@ impl Solve {
         let mut stopwatch = Stopwatch::start();
         let solution = solve_scene(&scene, &options, &mut stopwatch)?;
         let mut document = with_seconds(&solution.answer, stopwatch.document());
+        let slopes = if self.sensitivities {
+            let found = sensitivities::of(&scene, &solution, true);
+            document["sensitivities"] = json!(found);
+            found
+        } else {
+            None
+        };
         let error = if self.numerical_error {
             let threads = self.threads.map_or_else(cores, usize::from);
             let answer = &solution.answer;
@@ -131,6 +146,8 @@ impl Solve {
         }
         output.print(&document, || {
             let mut lines = vec![text(&scene, &solution.answer)];
+            let unit = scene.objective.as_ref().map_or("", Goal::unit);
+            lines.extend(slopes.iter().flat_map(|s| sensitivities::lines(s, unit)));
             lines.extend(error.iter().flat_map(crate::numerical_error::lines));
             lines.extend(companions::lines(&solution.answer, &beside));
             lines.join("\n")

@@ -9,6 +9,7 @@ const RULE: &[(&str, &[&str])] = &[
     ("fault", &[]),
     ("actuation", &[]),
     ("random", &[]),
+    ("analysis", &["random"]),
     ("geometry", &["actuation", "random"]),
     ("reduced", &["actuation", "geometry"]),
     ("document", &["fault"]),
@@ -40,7 +41,7 @@ const RULE: &[(&str, &[&str])] = &[
         "mesh",
         &["element", "fault", "geometry", "material", "scene"],
     ),
-    ("picture", &["geometry", "mesh", "reduced"]),
+    ("picture", &["analysis", "geometry", "mesh", "reduced"]),
     ("force", &["geometry", "linear", "mesh"]),
     (
         "assembly",

@@ -57,6 +57,7 @@
 //! | [`fault`] | faults of a document with their paths | |
 //! | [`actuation`] | pressures over pseudo-time, the fixed load states | |
 //! | [`random`] | reproducible random numbers | |
+//! | [`analysis`] | what restarts are worth: best of N with its band, expected cost to a target, profiles | random |
 //! | [`geometry`] | units, chambers, cascade, validity, random designs, mesh plan and block map | random |
 //! | [`reduced`] | the paper's reduced model (Eq. 1): a 2x2 transformation per unit, cascaded, fitted, explored | actuation, geometry |
 //! | [`document`] | JSON values: parse, override, read | fault |
@@ -69,7 +70,7 @@
 //! | `element` | shape functions, quadrature, the mixed element | lane, material |
 //! | `linear` | order, analyse once, factorise, solve | lane |
 //! | `mesh` | the mesher of fixed topology, Gmsh input, VTU output | element, geometry, material, scene |
-//! | [`picture`] | SVG of shapes and curves | geometry, mesh, reduced |
+//! | [`picture`] | SVG of shapes and curves | analysis, geometry, mesh, reduced |
 //! | `force` | chamber pressure, tractions | mesh |
 //! | `assembly` | unknowns, pattern, global residual and tangent | element, force, linear, mesh |
 //! | `equilibrium` | Newton, the load path, how it ended | actuation, assembly, linear, material, mesh |
@@ -85,6 +86,7 @@
 pub mod actuation;
 #[cfg(feature = "solver")]
 pub mod adjoint;
+pub mod analysis;
 #[cfg(feature = "solver")]
 pub mod assembly;
 #[cfg(feature = "solver")]

@@ -20,6 +20,8 @@ use crate::failure::Failure;
 use crate::numbers::Numbers;
 use crate::numerical_error::{self, numerical_error};
 use crate::output::{number, write_file};
+use crate::restarts::{self, Analysis, Named, StudyRestarts};
+use crate::sensitivities;
 
 /// What a report is made with.
 pub struct Settings {
@@ -85,6 +87,7 @@ pub fn write(
                 write_file(&at("best.svg"), &best.svg)?;
                 page.figure("The best design", &best.svg);
                 lines.extend(best.lines());
+                lines.extend(of_winner(results, step, goal, &best, &mut summary));
                 if settings.numerical_error {
                     let error =
                         numerical_error(&scene, plan.as_ref(), &best.answer, settings.threads)?;
@@ -117,6 +120,9 @@ pub fn write(
     lines.extend(of_steps);
     summary["steps"] = documents;
     lines.push(bands(study, results));
+    let restarts = StudyRestarts::of(study, results);
+    write_file(&at(restarts::FILE), &json!(restarts).to_string())?;
+    summary["starts"] = of_starts(folder, &restarts, &caption, &mut page, &mut lines)?;
     lines.extend(crate::accuracy::lines(study));
     lines.extend(caption.iter().cloned());
     // Steps of programs have no goal, and their objective no unit that we know.
@@ -141,6 +147,53 @@ pub fn write(
     let text = format!("{}\n{}", study.name, lines.join("\n"));
     write_file(&at("summary.txt"), &format!("{text}\n"))?;
     Ok(text)
+}
+
+/// What the best design's objective is worth by its numbers and by its limits.
+fn of_winner(
+    results: &Results,
+    step: usize,
+    goal: Option<&Goal<Point>>,
+    best: &Winner,
+    summary: &mut Value,
+) -> Vec<String> {
+    let unit = goal.map_or("", Goal::unit);
+    let Some(found) = &best.sensitivities else {
+        return Vec::new();
+    };
+    summary["sensitivities"] = json!(found);
+    let mut lines = sensitivities::lines(found, unit);
+    if let Some(active) = results.active(step) {
+        summary["sensitivities"]["limits"] = json!(active.by_limit());
+        lines.extend(active.limit_lines(unit));
+    }
+    lines
+}
+
+/// What the starts of the winner's step are worth, where there are several.
+fn of_starts(
+    folder: &Path,
+    restarts: &StudyRestarts,
+    caption: &[String],
+    page: &mut Page,
+    lines: &mut Vec<String>,
+) -> Result<Value, Failure> {
+    let Some(step) = restarts.step(None).filter(|step| step.runs.len() > 1) else {
+        return Ok(Value::Null);
+    };
+    let label = match restarts.steps.len() {
+        1 => restarts.name.clone(),
+        _ => format!("{}: {}", restarts.name, step.step),
+    };
+    let title = label.clone();
+    let analysis = Analysis::of(vec![Named { label, step }], None);
+    let figures = analysis.figures(&title, caption);
+    Analysis::write(&figures, folder)?;
+    for figure in &figures {
+        page.figure(figure.caption, &figure.svg);
+    }
+    lines.extend(analysis.lines());
+    Ok(analysis.document())
 }
 
 fn counts(results: &Results) -> Vec<String> {

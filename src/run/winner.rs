@@ -1,6 +1,6 @@
 //! The best design, solved once more for pictures and for what a reader asks of it.
 
-use salp_core::evaluate::{SceneAnswer, SceneOptions, solve_scene};
+use salp_core::evaluate::{SceneAnswer, SceneOptions, SceneSensitivities, solve_scene};
 use salp_core::fault::Faults;
 use salp_core::geometry::MeshPlan;
 use salp_core::scene::{Orientation, Scene};
@@ -11,6 +11,7 @@ use serde_json::Value;
 use super::document::Results;
 use crate::failure::Failure;
 use crate::output::number;
+use crate::sensitivities;
 use crate::shape::picture;
 use crate::stopwatch::Stopwatch;
 
@@ -45,6 +46,8 @@ pub struct Winner {
     pub svg: String,
     /// All numbers.
     pub answer: SceneAnswer,
+    /// What its objective is worth by its numbers.
+    pub sensitivities: Option<SceneSensitivities>,
 }
 
 impl Winner {
@@ -56,6 +59,7 @@ impl Winner {
         caption: &[String],
     ) -> Result<Self, Failure> {
         let options = SceneOptions {
+            gradient: true,
             fields: true,
             plan: plan.cloned(),
             ..SceneOptions::default()
@@ -66,6 +70,7 @@ impl Winner {
         };
         Ok(Self {
             svg: picture(title, scene, &solution, body, caption),
+            sensitivities: sensitivities::of(scene, &solution, true),
             answer: solution.answer,
         })
     }

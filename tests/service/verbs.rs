@@ -121,3 +121,60 @@ fn a_tension_test_gives_a_record_that_a_scene_takes_and_its_faults_come_with_lin
     assert_eq!(said["faults"][0]["path"], "line 3, stress_mpa");
     assert_eq!(said["faults"][1]["path"], "line 4");
 }
+
+#[test]
+fn studies_are_compared_at_equal_cpu() {
+    let folder = Folder::new("compare");
+    for (name, slow) in [("one", 0.0), ("two", 0.0)] {
+        let mut document = study(slow);
+        document["name"] = name.into();
+        std::fs::write(folder.0.join(format!("{name}.json")), document.to_string()).unwrap();
+        let file = format!("{name}.json");
+        document_of_run(&folder, &file, name);
+    }
+    let found = document(&folder, &["compare", "one", "two", "--out", "both"]);
+    let studies = found["studies"].as_array().unwrap();
+    assert_eq!(studies.len(), 2);
+    for study in studies {
+        assert_eq!(study["starts"], 2);
+        assert!(study["cpu_s"].as_f64().unwrap() >= found["equal_cpu_s"].as_f64().unwrap());
+        assert!(study["to_target"]["chance"].as_f64().unwrap() > 0.0);
+    }
+    for name in ["best-of-n", "waterfall", "chance"] {
+        let svg = std::fs::read_to_string(folder.0.join(format!("both/{name}.svg"))).unwrap();
+        assert!(
+            svg.contains("one: N = 2 starts") && svg.contains("s of CPU in all"),
+            "{name}"
+        );
+        assert!(folder.0.join(format!("one/report/{name}.csv")).is_file());
+    }
+    let page = std::fs::read_to_string(folder.0.join("one/report/report.html")).unwrap();
+    assert!(page.contains("The best of N starts against CPU time"));
+
+    // Another program is another objective; what is no study is told by its place.
+    let file = folder.0.join("two/report/restarts.json");
+    let mut other: Value = serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
+    other["steps"][0]["conditions"]["held_to"]["objective"] = "another".into();
+    std::fs::write(&file, other.to_string()).unwrap();
+    let (code, text) = salp(&folder, &["compare", "one", "two", "--json"]);
+    assert!(code == 2 && text.contains("objective: "), "{text}");
+    let beside = document(&folder, &["compare", "one", "two", "--anyway"]);
+    assert_eq!(beside["not_alike"][0]["condition"], "objective");
+    let (code, text) = salp(&folder, &["compare", "one", "./none", "--json"]);
+    assert!(code == 2 && text.contains("\"study[1]\""), "{text}");
+}
+
+fn document_of_run(folder: &Folder, file: &str, out: &str) {
+    document(
+        folder,
+        &[
+            "run",
+            file,
+            "--out",
+            out,
+            "--workers",
+            "1",
+            "--allow-commands",
+        ],
+    );
+}

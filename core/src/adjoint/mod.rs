@@ -68,11 +68,20 @@ pub fn deformed(x: &[[f64; 2]], u: &[[f64; 2]]) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// dJ/dX of several functionals, solved together.
+/// Derivatives of a functional at an accepted state.
+pub struct Derivative {
+    /// dJ/dX.
+    pub nodes: NodeGradient,
+    /// dJ/d ln p: by the logarithm of a factor on all pressures of the schedule.
+    pub pressure: f64,
+}
+
+/// Derivatives of several functionals, solved together. A factor s on the pressures p changes the residual by
+/// dR/d ln s = -sum p_i dV_i/du, so that dJ/d ln s = -lambda . sum p_i dV_i/du at fixed explicit terms, of which J has none.
 pub fn of_functionals(
     accepted: &mut AcceptedState<'_>,
     functionals: Vec<Functional>,
-) -> Vec<NodeGradient> {
+) -> Vec<Derivative> {
     let system = accepted.system;
     let n = system.dofs.free();
     let mut rhs = vec![0.0; n * functionals.len()];
@@ -85,7 +94,10 @@ pub fn of_functionals(
     if !functionals.is_empty() {
         accepted.solver.solve(&mut rhs, functionals.len());
     }
-    let mut field = vec![[0.0; 2]; system.body.mesh.nodes.len()];
+    let nodes = system.body.mesh.nodes.len();
+    let mut forces = vec![[0.0; 2]; nodes];
+    system.add_pressure_forces(accepted.state, accepted.load, &mut forces);
+    let mut field = vec![[0.0; 2]; nodes];
     functionals
         .into_iter()
         .zip(rhs.chunks(n))
@@ -94,7 +106,11 @@ pub fn of_functionals(
             system.dofs.add_to_field(1.0, part, &mut field);
             let mut out = functional.x;
             system.add_shape_derivative(accepted.state, accepted.load, &field, &mut out);
-            out
+            let work = |(l, f): (&[f64; 2], &[f64; 2])| l[0] * f[0] + l[1] * f[1];
+            Derivative {
+                nodes: out,
+                pressure: -field.iter().zip(&forces).map(work).sum::<f64>(),
+            }
         })
         .collect()
 }

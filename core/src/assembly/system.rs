@@ -283,13 +283,17 @@ impl System {
             .fold(0.0, |m: f64, v| m.max(v.abs()))
     }
 
-    fn add_external(&self, load: &Load, x: &[[f64; 2]], out: &mut [[f64; 2]]) {
+    fn add_pressures(&self, load: &Load, x: &[[f64; 2]], out: &mut [[f64; 2]]) {
         for cavity in &self.body.cavities {
             let p = load.pressure[cavity.channel];
             if p != 0.0 {
                 cavity_pressure::add_gradient(cavity, x, p, out);
             }
         }
+    }
+
+    fn add_external(&self, load: &Load, x: &[[f64; 2]], out: &mut [[f64; 2]]) {
+        self.add_pressures(load, x, out);
         for (t, force) in self.body.tractions.iter().zip(&self.traction_forces) {
             let share = load.share[t.channel];
             for (o, f) in out.iter_mut().zip(force) {
@@ -404,6 +408,11 @@ impl System {
     /// Adds the external forces of a load at the present positions.
     pub fn add_forces(&self, state: &State, load: &Load, out: &mut [[f64; 2]]) {
         self.add_external(load, &self.position(state), out);
+    }
+
+    /// Adds the forces of its pressures alone at the present positions.
+    pub fn add_pressure_forces(&self, state: &State, load: &Load, out: &mut [[f64; 2]]) {
+        self.add_pressures(load, &self.position(state), out);
     }
 
     /// The conjugate of a load: the sum of pressures times areas of cavities and of tractions times displacements, whose

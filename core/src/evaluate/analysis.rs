@@ -237,9 +237,10 @@ impl<'a> Recorder<'a> {
             .iter()
             .map(|q| q.functional(accepted, self.probes))
             .collect();
-        let gradients = adjoint::of_functionals(accepted, functionals);
-        for (quantity, gradient) in quantities.into_iter().zip(gradients) {
-            self.sensitivities.push(accepted.index, quantity, gradient);
+        let derivatives = adjoint::of_functionals(accepted, functionals);
+        for (quantity, derivative) in quantities.into_iter().zip(derivatives) {
+            self.sensitivities
+                .push(accepted.index, quantity, derivative);
         }
     }
 }

@@ -122,7 +122,7 @@ impl Limits {
             .into_iter()
             .zip(adjoint::of_functionals(accepted, functionals))
         {
-            gradients[owner] = Some(gradient);
+            gradients[owner] = Some(gradient.nodes);
         }
         for ((limit, value), gradient) in values.into_iter().zip(gradients) {
             match limit {
@@ -150,7 +150,7 @@ impl Limits {
             .into_iter()
             .zip(adjoint::of_functionals(accepted, functionals))
         {
-            gradients[region] = Some(gradient);
+            gradients[region] = Some(gradient.nodes);
         }
         for ((sum, value), gradient) in self.at_margin.iter_mut().zip(values).zip(gradients) {
             sum.add(value, gradient);

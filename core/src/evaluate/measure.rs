@@ -5,7 +5,7 @@
 //! them is known once the path is complete.
 
 use super::analysis::Measured;
-use crate::adjoint::{Functional, NodeGradient};
+use crate::adjoint::{Derivative, Functional, NodeGradient};
 use crate::equilibrium::AcceptedState;
 use crate::geometry::Point;
 use crate::objective::probe::ProbePoint;
@@ -191,30 +191,46 @@ impl PathMeasure {
     }
 }
 
-/// Derivatives of numbers with respect to the nodes, as they come with their states.
-#[derive(Debug, Default)]
-pub struct Sensitivities(Vec<(usize, Quantity, NodeGradient)>);
+/// Derivatives of numbers, as they come with their states.
+#[derive(Default)]
+pub struct Sensitivities(Vec<(usize, Quantity, Derivative)>);
 
 impl Sensitivities {
     /// Adds one.
-    pub fn push(&mut self, state: usize, quantity: Quantity, gradient: NodeGradient) {
-        self.0.push((state, quantity, gradient));
+    pub fn push(&mut self, state: usize, quantity: Quantity, derivative: Derivative) {
+        self.0.push((state, quantity, derivative));
     }
 
-    /// The derivative of what has these weights; `None` where one of its numbers has none.
+    fn of(&self, state: usize, quantity: Quantity) -> Option<&Derivative> {
+        let is_it = |(s, q, _): &&(usize, Quantity, Derivative)| (*s, *q) == (state, quantity);
+        self.0.iter().find(is_it).map(|(.., derivative)| derivative)
+    }
+
+    /// The derivative by the nodes of what has these weights; `None` where one of its numbers has none.
     pub fn combine(&self, weights: &[Weight]) -> Option<NodeGradient> {
         let mut total: Option<NodeGradient> = None;
         for (state, quantity, weight) in weights.iter().filter(|(.., w)| *w != 0.0) {
-            let is_it = |(s, q, _): &&(usize, Quantity, NodeGradient)| (s, q) == (state, quantity);
-            let (.., gradient) = self.0.iter().find(is_it)?;
+            let gradient = &self.of(*state, *quantity)?.nodes;
             let total = total.get_or_insert_with(|| vec![[0.0; 2]; gradient.len()]);
             for (t, g) in total.iter_mut().zip(gradient) {
                 t[0] += weight * g[0];
                 t[1] += weight * g[1];
             }
         }
-        let nodes = self.0.first().map(|(.., g)| g.len())?;
+        let nodes = self.0.first().map(|(.., d)| d.nodes.len())?;
         Some(total.unwrap_or_else(|| vec![[0.0; 2]; nodes]))
+    }
+
+    /// The same by the logarithm of a factor on all pressures.
+    pub fn combine_pressure(&self, weights: &[Weight]) -> Option<f64> {
+        let weighted = |(state, quantity, weight): &Weight| {
+            Some(weight * self.of(*state, *quantity)?.pressure)
+        };
+        weights
+            .iter()
+            .filter(|(.., w)| *w != 0.0)
+            .map(weighted)
+            .sum()
     }
 }
 

@@ -18,6 +18,7 @@ mod reduced_step;
 pub mod reduction;
 pub mod rod;
 mod scene;
+pub mod sensitivities;
 mod study;
 
 pub use accuracy::choose_meshes;
@@ -28,6 +29,7 @@ pub use gradient::{CheckLine, Difference, GradientAnswer, check_bound, check_gra
 pub use numerical_error::NumericalError;
 pub use pressure_map::PressureMap;
 pub use scene::{SceneOptions, SceneSolution, solve_scene};
+pub use sensitivities::{SceneSensitivities, check_tolerance};
 pub use study::evaluate;
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use super::answer::{
     LeftOut, MeshAnswer, SceneAnswer, SceneStatus, StateAnswer, StateContactAnswer,
 };
 use super::contact::{contact_answer, contact_of, halved_activation};
-use super::measure::{PlacedProbe, by_name, tip_displacements};
+use super::measure::{PlacedProbe, Weight, by_name, tip_displacements};
 use super::notes;
 use crate::adjoint::NodeGradient;
 use crate::equilibrium::{Control, NotConverged, Observer, PathEnd, PathWork, Settings};
@@ -54,6 +54,8 @@ pub struct SceneSolution {
     pub fields: Vec<Vec<[f64; 2]>>,
     /// d objective / d node position, where wanted and the path is complete.
     pub node_gradient: Option<NodeGradient>,
+    /// d objective / d ln p, by a factor on all pressures, where wanted and the path is complete.
+    pub pressure_derivative: Option<f64>,
     /// Where the nodes come from.
     pub source: Option<BodySource>,
 }
@@ -161,14 +163,20 @@ pub fn solve_scene(
         second.work.add(&analysis.work);
         analysis = second;
     }
-    let node_gradient = (options.gradient && analysis.end == PathEnd::Complete)
-        .then(|| goal_gradient(goal.as_ref()?, &analysis))
-        .flatten();
+    let differentiated = goal
+        .as_ref()
+        .filter(|_| options.gradient && analysis.end == PathEnd::Complete);
+    let node_gradient = differentiated.and_then(|goal| goal_gradient(goal, &analysis));
+    let pressure_derivative = differentiated.and_then(|goal| {
+        let weights = goal_weights(goal, &analysis);
+        analysis.sensitivities.combine_pressure(&weights)
+    });
     let mut answer = answer(scene, options, &analysis, &laws, goal.as_ref(), scaled);
     answer.notes.extend(notes);
     Ok(SceneSolution {
         answer,
         node_gradient,
+        pressure_derivative,
         body: Some(analysis.system.body),
         fields: analysis.fields,
         source: Some(source),
@@ -206,12 +214,19 @@ pub fn placed_goal(scene: &Scene) -> Option<Goal<PlacedProbe>> {
 
 /// d objective / d node position over a complete path.
 pub fn goal_gradient(goal: &Goal<PlacedProbe>, analysis: &Analysis) -> Option<NodeGradient> {
+    analysis
+        .sensitivities
+        .combine(&goal_weights(goal, analysis))
+}
+
+/// Derivatives of the objective with respect to the numbers of its states.
+fn goal_weights(goal: &Goal<PlacedProbe>, analysis: &Analysis) -> Vec<Weight> {
     let (_, slope) = goal.objective(goal.measure.value(&analysis.states));
     let mut weights = goal.measure.weights(&analysis.states);
     for (.., weight) in &mut weights {
         *weight *= slope;
     }
-    analysis.sensitivities.combine(&weights)
+    weights
 }
 
 /// First crossing of walls over the path, else the first fold of a corner.
@@ -262,6 +277,7 @@ fn unmeshable(scene: &Scene, reason: &str) -> SceneSolution {
         body: None,
         fields: Vec::new(),
         node_gradient: None,
+        pressure_derivative: None,
         source: None,
     }
 }

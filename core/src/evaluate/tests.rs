@@ -9,6 +9,7 @@ mod measures;
 mod mesh_export;
 mod numerical_error;
 mod reduction;
+mod sensitivities;
 mod steps;
 
 use std::path::Path;

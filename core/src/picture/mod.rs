@@ -4,6 +4,7 @@
 //! Colours are the eight of Okabe and Ito, told apart by colour-blind readers; lines differ in their dashes as well.
 
 pub mod axis;
+mod bands;
 pub mod curve;
 mod frame;
 pub mod graph;
@@ -19,6 +20,7 @@ mod tension;
 mod text;
 
 pub use axis::Scale;
+pub use bands::{BandPicture, BandSeries, BandStep};
 pub use curve::{BestPoint, CurvePicture, CurvePoint, CurveSeries};
 pub use graph::{GraphPicture, GraphStep};
 pub use pressure_plane::PressurePlanePicture;
