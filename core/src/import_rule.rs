@@ -88,6 +88,7 @@ const RULE: &[(&str, &[&str])] = &[
             "material",
             "mesh",
             "objective",
+            "optimiser",
             "scene",
         ],
     ),

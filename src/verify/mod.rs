@@ -2,6 +2,7 @@
 
 mod designs;
 mod extremes;
+mod optimisers;
 mod problems;
 
 use std::path::PathBuf;
@@ -23,6 +24,9 @@ pub struct Verify {
     /// Stiff and extreme scenes instead: each must end as physics says
     #[arg(long)]
     stress: bool,
+    /// Optimisers instead: every method on every published problem, beside what others took
+    #[arg(long, conflicts_with_all = ["stress", "designs", "mesher", "element", "tighten"])]
+    optimisers: bool,
     /// Random designs instead: N of them at two p/mu, each with a true status
     #[arg(long, value_name = "N", conflicts_with_all = ["stress", "mesher", "only", "element", "tighten"])]
     designs: Option<usize>,
@@ -47,7 +51,7 @@ pub struct Verify {
     /// Threads of --designs and --mesher [default: one per core]
     #[arg(long)]
     threads: Option<usize>,
-    /// Only the lines whose problem has this in its name
+    /// Only the lines whose problem (or, of --optimisers, whose method) has this in its name
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
     /// Only this element
@@ -107,6 +111,7 @@ impl Verify {
         match (self.designs, self.mesher) {
             (Some(count), _) => designs::run(&self, count, output),
             (None, Some(count)) => designs::run_mesher(&self, count, output),
+            (None, None) if self.optimisers => optimisers::run(&self, output),
             (None, None) if self.stress => extremes::run(&self, output),
             (None, None) => problems::run(&self, output),
         }

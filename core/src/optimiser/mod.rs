@@ -18,6 +18,7 @@ mod nnls;
 mod options;
 mod point;
 mod problem;
+pub mod published;
 mod random_search;
 mod rows;
 mod sqp;

@@ -13,6 +13,7 @@ pub mod cooks_membrane;
 pub mod designs;
 mod extremes;
 pub mod homogeneous;
+pub mod optimisers;
 mod problem;
 pub mod rivlin_flexure;
 #[cfg(test)]

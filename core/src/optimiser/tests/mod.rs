@@ -1,6 +1,5 @@
 //! The optimisers against published problems: values, counts, resumption, failures, time.
 
-mod asymptotes;
 mod cases;
 mod check_points;
 mod conditions;
@@ -9,7 +8,5 @@ mod failures;
 mod growth;
 mod resume;
 mod run;
-mod sqp;
-mod table;
 mod time;
 mod without_gradients;

@@ -104,18 +104,3 @@ pub(super) fn run_through(
 pub(super) fn run(case: &Case, options: impl Into<OptimiserOptions>, x0: Vec<f64>) -> Run {
     run_through(case, options, x0, |_, told| told)
 }
-
-/// Cost of the whole run over its cost to within 0.1 % of its final value.
-pub(super) fn tail(run: &Run, last: f64) -> f64 {
-    let mut cost = 0;
-    let mut reached = None;
-    for (_, seen) in &run.history {
-        cost += 1;
-        let near =
-            |&(f, violation): &(f64, f64)| violation <= 0.003 && f <= last + 1e-3 * last.abs();
-        if reached.is_none() && seen.as_ref().is_some_and(near) {
-            reached = Some(cost);
-        }
-    }
-    cost as f64 / reached.unwrap_or(cost) as f64
-}
