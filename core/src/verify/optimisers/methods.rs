@@ -2,7 +2,8 @@
 
 use crate::optimiser::published::Case;
 use crate::optimiser::{
-    Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, SqpOptions,
+    CmaEsOptions, Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions,
+    RandomSearchOptions, SqpOptions,
 };
 
 /// What the cost of a method is measured by.
@@ -14,6 +15,8 @@ pub(super) enum Against {
     Both(&'static str, &'static str),
     /// Gradients to a gap of 0.1 % at most twice another's; with differences analyses.
     Gradients(&'static str),
+    /// Nobody's cost: it works by values alone, and is shown beside the differences of problems of at most ten variables.
+    Values,
 }
 
 /// A method as it is run.
@@ -31,7 +34,7 @@ pub struct Method {
 }
 
 /// All methods.
-pub const METHODS: [Method; 5] = [
+pub const METHODS: [Method; 7] = [
     Method {
         name: "mmfd",
         largest_gap: 0.011,
@@ -101,7 +104,26 @@ pub const METHODS: [Method; 5] = [
             .into()
         },
     },
+    Method {
+        name: "cma_es",
+        largest_gap: 1e-2,
+        against: Against::Values,
+        // Four runs of five reach it.
+        may_fail: &["spring"],
+        options: |_, _| CmaEsOptions::default().into(),
+    },
+    Method {
+        name: "random_search",
+        // The baseline.
+        largest_gap: f64::INFINITY,
+        against: Against::Values,
+        may_fail: &[],
+        options: |_, _| OptimiserOptions::RandomSearch(RandomSearchOptions::default()),
+    },
 ];
+
+/// Most variables of a problem on which methods are shown that work by values alone.
+const MOST_BY_VALUES: usize = 10;
 
 fn asymptotes(gradient: GradientSource, many_optima: bool, globalise: bool) -> GcmmaOptions {
     let default = GcmmaOptions {
@@ -130,9 +152,13 @@ fn asymptotes(gradient: GradientSource, many_optima: bool, globalise: bool) -> G
 }
 
 impl Method {
-    /// Whether nothing is asked of it: along the floor of `rosenbrock_disk` descent is below the error of differences, and a
-    /// tolerance that is a part of a large first objective ends the run early.
+    /// Whether it is not run: by values alone with gradients, from a second start, or on many variables; along the floor of
+    /// `rosenbrock_disk`, where descent is below the error of differences and a tolerance that is a part of a large first
+    /// objective ends the run early.
     pub(super) fn excepted(&self, case: &Case, gradient: GradientSource, start: &str) -> bool {
+        if self.against == Against::Values {
+            return gradient == GradientSource::Model || start != "x0" || case.n > MOST_BY_VALUES;
+        }
         self.name != "sqp"
             && case.id == "rosenbrock_disk"
             && gradient == GradientSource::Differences
