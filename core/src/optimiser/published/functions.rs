@@ -290,11 +290,6 @@ pub(super) fn six_hump(x: &[f64]) -> Values {
     (f, df, Vec::new())
 }
 
-#[expect(
-    clippy::approx_constant,
-    reason = "the published problem rounds pi / 4 to 0.7854"
-)]
-
 pub(super) fn hs24(x: &[f64]) -> Values {
     let [a, b] = [x[0], x[1]];
     let root = 3.0_f64.sqrt();

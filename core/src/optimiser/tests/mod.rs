@@ -6,6 +6,7 @@ mod conditions;
 mod door;
 mod failures;
 mod growth;
+mod odd;
 mod resume;
 mod run;
 mod time;

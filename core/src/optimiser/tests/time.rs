@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use super::{cases::named, run::options};
 use crate::optimiser::{
-    CmaEsOptions, Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, Told,
-    start, step,
+    CmaEsOptions, Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions,
+    SqpOptions, Told, start, step,
 };
 
 const RUNS: usize = 4;
@@ -30,6 +30,8 @@ fn two_hundred_variables_take_less_than_fifty_milliseconds_an_iteration() {
         ),
         ("cantilever_50", "gcmma", GcmmaOptions::default().into()),
         ("cantilever_100", "gcmma", GcmmaOptions::default().into()),
+        ("cantilever_50", "sqp", SqpOptions::default().into()),
+        ("cantilever_100", "sqp", SqpOptions::default().into()),
         ("cantilever_50", "cma_es", generations()),
         ("cantilever_100", "cma_es", generations()),
     ] {
