@@ -1,4 +1,4 @@
-//! `salp cancel`, `salp pause`, `salp resume`.
+//! `salp cancel`, `salp pause`, and `salp resume` of a whole study.
 
 use clap::Args;
 
@@ -14,6 +14,11 @@ pub struct Command {
 }
 
 impl Command {
+    /// A command to a study.
+    pub fn of(study: StudyArguments) -> Self {
+        Self { study }
+    }
+
     /// Commands and prints the study.
     pub fn run(self, command: &str, output: Output) -> Result<(), Failure> {
         let (client, id) = self.study.open()?;

@@ -84,7 +84,7 @@ impl CurveVerb {
 }
 
 /// A curve as a picture. A restart's line is its best feasible objective so far, overlapping walls included; the parts
-/// that rest on overlapping walls are marked. `unit` ends the label of the objective, ` (mm²)`.
+/// that rest on overlapping walls are marked. Points below the study's own fidelity cost and do not count. `unit` ends the label of the objective, ` (mm²)`.
 pub fn picture(
     curve: &Curve,
     name: &str,
@@ -99,6 +99,14 @@ pub fn picture(
             number(Some(curve.bands.cpu_s))
         ));
     }
+    let all = || curve.restarts.iter().flat_map(|restart| &restart.points);
+    let coarse = all().filter(|point| point.coarse).count();
+    if coarse > 0 {
+        caption.push(format!(
+            "{coarse} of {} evaluations below the study's own fidelity: their CPU time is on the axis, their objectives are not",
+            all().count()
+        ));
+    }
     let at = |point: &salp_protocol::CurvePoint| match curve.axis {
         Axis::Evaluations => point.evaluations as f64,
         Axis::Cpu | Axis::Wall => point.t_s,
@@ -110,7 +118,7 @@ pub fn picture(
             let mut best: Option<CurvePoint> = None;
             let mut points = Vec::new();
             for point in &restart.points {
-                if let (Some(objective), true) = (point.objective, point.feasible)
+                if let (Some(objective), true) = (point.objective, point.feasible && !point.coarse)
                     && best.is_none_or(|b| objective < b.objective)
                 {
                     best = Some(CurvePoint {

@@ -18,9 +18,11 @@ mod numbers;
 mod numerical_error;
 mod output;
 mod parallel;
+mod race;
 mod reduce;
 mod report;
 mod restarts;
+mod resume;
 mod run;
 mod sensitivities;
 mod serve;
@@ -101,8 +103,8 @@ enum Verb {
     Cancel(command::Command),
     /// Pauses a study: nothing more is handed out
     Pause(command::Command),
-    /// Resumes a paused study
-    Resume(command::Command),
+    /// Resumes a paused study, or with --restart one restart that the competition of its step stopped
+    Resume(resume::Resume),
     /// The material records
     Material(material::Material),
 }
@@ -137,7 +139,7 @@ fn main() -> ExitCode {
         Verb::Report(verb) => verb.run(output),
         Verb::Cancel(verb) => verb.run("cancel", output),
         Verb::Pause(verb) => verb.run("pause", output),
-        Verb::Resume(verb) => verb.run("resume", output),
+        Verb::Resume(verb) => verb.run(output),
         Verb::Material(verb) => verb.run(output),
     };
     match ended {

@@ -50,6 +50,9 @@ fn text(study: &StudyView, restarts: &[RestartView]) -> String {
     if let Some(why) = &study.failure {
         text += &format!("failed: {why}\n");
     }
+    for line in crate::race::lines(&study.steps) {
+        text += &format!("{line}\n");
+    }
     let rows: Vec<Vec<String>> = restarts
         .iter()
         .map(|restart| {
@@ -59,6 +62,7 @@ fn text(study: &StudyView, restarts: &[RestartView]) -> String {
                 restart.index.to_string(),
                 match restart.state {
                     RestartState::Running => "running".into(),
+                    RestartState::Waiting => "waiting".into(),
                     RestartState::Done => {
                         stop_reason(&restart.summary).unwrap_or("done").to_owned()
                     }

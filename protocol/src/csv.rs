@@ -12,13 +12,13 @@ pub fn cell<T: Display>(value: Option<T>) -> String {
 /// A curve, a line a point: first those of the restarts, then, without a restart, those of the best over all of them.
 pub fn curve(curve: &Curve) -> String {
     let mut text = String::from(
-        "step,restart,t_s,evaluations,objective,best,max_violation,feasible,overlap,band_low,band_high,tie\n",
+        "step,restart,t_s,evaluations,objective,best,max_violation,feasible,overlap,band_low,band_high,tie,coarse\n",
     );
     let mut line = |restart: Option<usize>, point: &CurvePoint, band: &str| {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{},{band}",
+            "{},{},{},{},{},{},{},{},{},{band},{}",
             point.step,
             cell(restart),
             point.t_s,
@@ -27,7 +27,8 @@ pub fn curve(curve: &Curve) -> String {
             cell(point.best),
             cell(point.max_violation),
             point.feasible,
-            point.overlap
+            point.overlap,
+            point.coarse
         );
     };
     for restart in &curve.restarts {
@@ -51,13 +52,13 @@ pub fn curve(curve: &Curve) -> String {
 pub fn ledger(rows: &[EvaluationRow]) -> String {
     let mut text = String::from(
         "evaluation,step,restart,batch,batch_index,kind,iteration,status,objective,max_violation,feasible,overlap,\
-         cached_from,wall_s,cpu_s,worker,attempt,fence,created_ms,finished_ms,band_of,x\n",
+         cached_from,wall_s,cpu_s,worker,attempt,fence,created_ms,finished_ms,band_of,mesh_share,load_steps_per_leg,x\n",
     );
     for row in rows {
         let x: Vec<String> = row.x.iter().map(f64::to_string).collect();
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             row.evaluation,
             row.step,
             row.restart,
@@ -79,6 +80,11 @@ pub fn ledger(rows: &[EvaluationRow]) -> String {
             row.created_ms,
             cell(row.finished_ms),
             cell(row.band_of.as_ref()),
+            cell(row.fidelity.map(|fidelity| fidelity.mesh)),
+            cell(
+                row.fidelity
+                    .and_then(|fidelity| fidelity.load_steps_per_leg)
+            ),
             x.join(" ")
         );
     }
@@ -111,6 +117,7 @@ mod tests {
             max_violation: None,
             feasible: false,
             overlap: false,
+            coarse: false,
         };
         let restarts = vec![RestartCurve {
             step: 0,
@@ -130,9 +137,9 @@ mod tests {
             bands: BandCounts::default(),
         });
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines[1], "0,3,0.5,1,,-2.5,,false,false,,,");
-        assert_eq!(lines[2], "0,,0.5,1,,-2.5,,false,false,-3,-2,true");
-        assert_eq!(lines[0].split(',').count(), 12);
+        assert_eq!(lines[1], "0,3,0.5,1,,-2.5,,false,false,,,,false");
+        assert_eq!(lines[2], "0,,0.5,1,,-2.5,,false,false,-3,-2,true,false");
+        assert_eq!(lines[0].split(',').count(), 13);
         let text = ledger(&[EvaluationRow {
             evaluation: EvaluationId(7),
             step: 0,
@@ -141,6 +148,7 @@ mod tests {
             batch_index: 0,
             kind: "initial".into(),
             band_of: None,
+            fidelity: None,
             iteration: 0,
             x: vec![1.0, 0.5],
             status: "ok".into(),

@@ -42,6 +42,8 @@ kinds! {
     NOT_FOUND = "urn:salp:not-found", 404, "not found";
     /// No such study.
     UNKNOWN_STUDY = "urn:salp:unknown-study", 404, "unknown study";
+    /// No such restart.
+    UNKNOWN_RESTART = "urn:salp:unknown-restart", 404, "unknown restart";
     /// No such evaluation.
     UNKNOWN_EVALUATION = "urn:salp:unknown-evaluation", 404, "unknown evaluation";
     /// The path does not know the method.

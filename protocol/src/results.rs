@@ -1,6 +1,7 @@
 //! Results: ledger, curve, candidates.
 
 use salp_core::study::Outcome;
+use salp_core::study::race::Fidelity;
 use serde::{Deserialize, Serialize};
 
 use crate::id::{EvaluationId, WorkerId};
@@ -24,6 +25,9 @@ pub struct EvaluationRow {
     /// The evaluation whose band this is. Batch and place in it mean nothing then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub band_of: Option<EvaluationId>,
+    /// The fidelity below the study's own at which it was asked: it never counts as best.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fidelity: Option<Fidelity>,
     /// Iteration of the optimiser.
     pub iteration: usize,
     /// Design variables.
@@ -137,6 +141,9 @@ pub struct CurvePoint {
     pub feasible: bool,
     /// Walls cross somewhere on the path.
     pub overlap: bool,
+    /// Below the study's own fidelity: its cost counts, its objective does not.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub coarse: bool,
 }
 
 /// A distinct good point: the best of a restart.

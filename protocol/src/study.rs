@@ -1,5 +1,6 @@
 //! Studies as a client sees them.
 
+use salp_core::study::race::RaceSummary;
 use serde::{Deserialize, Serialize};
 
 use crate::id::{EvaluationId, StudyId};
@@ -134,6 +135,9 @@ pub struct StepView {
     pub ended_ms: Option<i64>,
     /// Best point.
     pub best: Option<Best>,
+    /// How its restarts compete; `None` where they do not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub race: Option<RaceSummary>,
 }
 
 /// State of a step.
@@ -252,6 +256,8 @@ pub struct RestartView {
 pub enum RestartState {
     /// Evaluations are out.
     Running,
+    /// It competes with others, and waits for a decision that follows from those of lower index.
+    Waiting,
     /// The optimiser stopped.
     Done,
 }

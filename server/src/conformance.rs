@@ -32,6 +32,8 @@ pub async fn run(store: &dyn Store) {
     each_best_gets_a_band_after_all_else(store).await;
     a_cancelled_study_asks_for_no_band(store).await;
     steps_begin_end_and_block_once(store).await;
+    restarts_wait_and_come_back(store).await;
+    places_come_before_age(store).await;
 }
 
 fn ask(x: f64) -> NewAsk {
@@ -45,10 +47,12 @@ fn ask(x: f64) -> NewAsk {
             plan_base: None,
             orientation: None,
             second_mesh: false,
+            fidelity: None,
             given: Given::default(),
         },
         key: format!("key {x}"),
         command: false,
+        place: 0,
         known: None,
     }
 }
@@ -307,6 +311,7 @@ async fn each_best_gets_a_band_after_all_else(store: &dyn Store) {
         machine: json!({}),
         summary: json!({}),
         done: true,
+        waits: false,
         asks: Vec::new(),
     };
     store.save_step(step).await.unwrap();
@@ -416,6 +421,7 @@ async fn a_batch_is_stepped_once_and_in_its_order(store: &dyn Store) {
         machine: json!({ "batch": 1 }),
         summary: json!({}),
         done: false,
+        waits: false,
         asks: vec![ask(3.0)],
     };
     let saved = store.save_step(step.clone()).await.unwrap();
@@ -432,6 +438,7 @@ async fn a_batch_is_stepped_once_and_in_its_order(store: &dyn Store) {
         machine: json!({}),
         summary: json!({}),
         done: true,
+        waits: false,
         asks: Vec::new(),
     };
     let saved = store.save_step(step).await.unwrap();
@@ -476,6 +483,7 @@ async fn steps_begin_end_and_block_once(store: &dyn Store) {
             machine: json!({ "batch": 1 }),
             summary: json!({}),
             done: true,
+            waits: false,
             asks: Vec::new(),
         };
         store.save_step(step).await.unwrap()
@@ -518,6 +526,104 @@ async fn steps_begin_end_and_block_once(store: &dyn Store) {
     assert_eq!(view.state, StudyState::Failed);
     assert_eq!(view.failure.as_deref(), Some("nothing was found"));
     assert!(!store.under_way().await.unwrap().contains(&study));
+}
+
+/// One that waits is not stepped; one that is done is brought back once, with its step and its study.
+async fn restarts_wait_and_come_back(store: &dyn Store) {
+    let study = submit(store, "waits", &[1.0]).await;
+    let first = claim(store).await;
+    let restart = answer(store, &first, 10.0).await;
+    assert!(store.idle(restart).await.unwrap().is_none());
+    let step = |version, done, waits, asks: Vec<NewAsk>| NewStep {
+        restart,
+        version,
+        machine: json!({ "version": version + 1 }),
+        summary: json!({ "race": version + 1 }),
+        done,
+        waits,
+        asks,
+    };
+    let saved = store.save_step(step(0, false, true, Vec::new())).await;
+    assert_eq!(saved.unwrap(), Saved::Yes { step_ended: false });
+    assert!(store.batch(restart).await.unwrap().is_none());
+    assert!(!store.unstepped().await.unwrap().contains(&restart));
+    let idle = store.idle(restart).await.unwrap().expect("it waits");
+    assert_eq!((idle.version, idle.machine), (1, json!({ "version": 1 })));
+    let stored = &store.restarts(&study).await.unwrap()[0];
+    assert!(stored.waits && !stored.done);
+    assert_eq!(store.ended_restarts(&study, 0).await.unwrap(), None);
+    assert!(
+        !store
+            .reopen(step(1, false, false, vec![ask(2.0)]), &[])
+            .await
+            .unwrap()
+    );
+    store
+        .save_step(step(1, true, false, Vec::new()))
+        .await
+        .unwrap();
+    assert!(store.end_step(&study, 0, &json!({})).await.unwrap());
+    store.finish(&study).await.unwrap();
+    let state = async || store.study(&study).await.unwrap().expect("stored").state;
+    assert_eq!(state().await, StudyState::Done);
+    assert!(store.idle(restart).await.unwrap().is_some());
+    let back = step(2, false, false, vec![ask(2.0)]);
+    assert!(
+        !store.reopen(back.clone(), &[0]).await.unwrap(),
+        "step 0 has begun"
+    );
+    assert!(store.reopen(back.clone(), &[]).await.unwrap());
+    assert!(!store.reopen(back, &[]).await.unwrap());
+    assert_eq!(state().await, StudyState::Running);
+    let view = &store.steps(&study).await.unwrap()[0];
+    assert_eq!((view.state, &view.result), (StepState::Running, &None));
+    let second = claim(store).await;
+    assert_eq!(second.request.x, [2.0]);
+    answer(store, &second, 5.0).await;
+    assert!(store.batch(restart).await.unwrap().is_some());
+    store
+        .save_step(step(3, true, false, Vec::new()))
+        .await
+        .unwrap();
+    assert!(store.end_step(&study, 0, &json!({})).await.unwrap());
+    store.finish(&study).await.unwrap();
+    assert_eq!(state().await, StudyState::Done);
+    let cancelled = submit(store, "waits-not", &[1.0]).await;
+    end(store, &cancelled).await;
+    let restart = store.restarts(&cancelled).await.unwrap()[0].id;
+    let back = NewStep {
+        restart,
+        ..step(0, false, false, Vec::new())
+    };
+    assert!(!store.reopen(back, &[]).await.unwrap());
+}
+
+async fn places_come_before_age(store: &dyn Store) {
+    let study = submit(store, "places", &[]).await;
+    end(store, &study).await;
+    let mut begun = begun(0, &[1.0, 2.0, 3.0]);
+    for (ask, place) in begun.restarts[0].asks.iter_mut().zip([2, 0, 1]) {
+        ask.place = place;
+    }
+    let study = StudyId("in-places".to_owned());
+    let new = NewStudy {
+        id: study.clone(),
+        name: "places".to_owned(),
+        document: json!({}),
+        fingerprint: "f".to_owned(),
+        steps: 1,
+        mixed_hardware: false,
+        idempotency_key: None,
+        body_sha256: "b".to_owned(),
+        begun: vec![begun],
+    };
+    assert_eq!(store.submit(new).await.unwrap(), Submitted::Created);
+    let mut order = Vec::new();
+    for _ in 0..3 {
+        order.push(claim(store).await.request.x[0]);
+    }
+    assert_eq!(order, [2.0, 3.0, 1.0]);
+    end(store, &study).await;
 }
 
 async fn claims_share_workers_between_studies(store: &dyn Store) {

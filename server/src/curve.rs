@@ -131,6 +131,7 @@ impl Running {
             max_violation: point.max_violation,
             feasible: point.feasible,
             overlap: point.overlap,
+            coarse: point.coarse,
         }
     }
 }
@@ -159,6 +160,7 @@ mod tests {
             counts: feasible && !overlap,
             cpu_s: 0.5,
             finished_ms: 1000 + id,
+            coarse: false,
             second_mesh: None,
         }
     }
@@ -181,6 +183,24 @@ mod tests {
         let overall: Vec<_> = curve.best.iter().map(|b| &b.point).collect();
         let overall: Vec<_> = overall.iter().map(|p| (p.evaluations, p.best)).collect();
         assert_eq!(overall, [(1, Some(-1.0)), (4, Some(-5.0)), (6, Some(-5.0))]);
+    }
+
+    #[test]
+    fn coarse_points_cost_and_do_not_count() {
+        let coarse = StoredPoint {
+            coarse: true,
+            counts: false,
+            ..point(0, 1, -99.0, true, false)
+        };
+        let points = [coarse, point(0, 2, -3.0, true, false)];
+        let curve = curve(Axis::Cpu, Some(1000), &points, BandCounts::default());
+        let last = &curve.restarts[0].points[1];
+        assert_eq!(
+            (last.best, last.t_s, last.evaluations),
+            (Some(-3.0), 1.0, 2)
+        );
+        assert!(curve.restarts[0].points[0].coarse && !last.coarse);
+        assert_eq!(curve.best.len(), 1);
     }
 
     #[test]

@@ -2,11 +2,14 @@
 
 use salp_core::fault::Faults;
 use salp_core::hierarchy::{self, Due, Progress, StepResult};
+use salp_core::study::race::{self, Decision, RaceRecord, RaceSummary};
+use salp_core::study::spec::StudyStep;
 use salp_core::study::{
-    self, EvaluationRequest, Given, Outcome, OutcomeStatus, RestartState, StepInputs, Study,
-    StudyError,
+    self, EvaluationRequest, Given, Outcome, OutcomeStatus, RestartState, RestartStep, StepInputs,
+    Study, StudyError,
 };
 use salp_protocol::StepState;
+use serde::Deserialize as _;
 use serde_json::{Value, json};
 
 use crate::store::StoredStep;
@@ -25,6 +28,10 @@ pub struct Advance {
     pub asks: Vec<EvaluationRequest>,
     /// Whether the optimiser stopped.
     pub done: bool,
+    /// Whether the restart waits for a decision, with nothing asked.
+    pub waits: bool,
+    /// Whether it shows more to the restarts that compete with it than before.
+    pub shows_more: bool,
     /// What the optimiser says of itself, for people and for reports.
     pub summary: Value,
 }
@@ -38,7 +45,7 @@ pub struct Verdict {
     pub feasible: bool,
     /// Walls cross somewhere on the path.
     pub overlap: bool,
-    /// May be a best point: feasible, free of overlap, on a stable branch.
+    /// May be a best point: feasible, free of overlap, on a stable branch, at the study's own fidelity.
     pub counts: bool,
 }
 
@@ -171,7 +178,7 @@ impl StudyMachine {
             .map(|spec| {
                 let (state, asks) =
                     study::begin(&self.study, spec).map_err(|e| broke(spec.index, e))?;
-                stored(&state, asks, false)
+                self.stored(&state, asks, false)
             })
             .collect()
     }
@@ -192,7 +199,168 @@ impl StudyMachine {
         let state: RestartState = serde_json::from_value(state)
             .map_err(|e| broke(format!("read its own state back: {e}")))?;
         let next = study::step(&self.study, &state, outcomes).map_err(|e| broke(e.to_string()))?;
-        stored(&next.state, next.asks, next.done.is_some())
+        self.moved(&state, next)
+    }
+
+    /// What a step of a restart leads to.
+    fn moved(&self, before: &RestartState, next: RestartStep) -> Result<Advance, MachineError> {
+        let shows_more = before.race_record() != next.state.race_record();
+        let advance = self.stored(&next.state, next.asks, next.done.is_some())?;
+        Ok(Advance {
+            shows_more,
+            ..advance
+        })
+    }
+
+    /// Whether the restarts of a step compete.
+    pub fn competes(&self, step: usize) -> bool {
+        let step = self.study.steps.get(step);
+        step.is_some_and(|step| !step.restarts.competition.is_none())
+    }
+
+    /// What the restarts of a step show each other, from their summaries.
+    fn records(step: usize, summaries: &[&Value]) -> Result<Vec<RaceRecord>, MachineError> {
+        let record = |(restart, summary): (usize, &&Value)| {
+            RaceRecord::deserialize(&summary["race"]).map_err(|e| MachineError {
+                step,
+                restart,
+                reason: format!("read what it shows the others: {e}"),
+            })
+        };
+        summaries.iter().enumerate().map(record).collect()
+    }
+
+    /// The decisions that can be taken now among the restarts of a step, by index. `inputs`: what the step took; `summaries`:
+    /// one for each restart, in order.
+    pub fn decisions(
+        &self,
+        step: usize,
+        inputs: &StepInputs,
+        summaries: &[&Value],
+    ) -> Result<Vec<(usize, Decision)>, MachineError> {
+        let records = Self::records(step, summaries)?;
+        let study = self.study.given(step, &inputs.given);
+        let competition = study.step(step).map_err(|e| MachineError {
+            step,
+            restart: 0,
+            reason: e.to_string(),
+        })?;
+        let competition = &competition.restarts.competition;
+        let far = f64::INFINITY;
+        let distance = |a: &[f64], b: &[f64]| study.scaled_distance(step, a, b).unwrap_or(far);
+        Ok(race::due(competition, &records, &distance))
+    }
+
+    /// A restart after the decision for which it waits.
+    pub fn pass(
+        &self,
+        step: usize,
+        restart: usize,
+        state: Value,
+        decision: &Decision,
+    ) -> Result<Advance, MachineError> {
+        let broke = |reason: String| MachineError {
+            step,
+            restart,
+            reason,
+        };
+        let state: RestartState = serde_json::from_value(state)
+            .map_err(|e| broke(format!("read its own state back: {e}")))?;
+        let next = study::pass(&self.study, &state, decision).map_err(|e| broke(e.to_string()))?;
+        self.moved(&state, next)
+    }
+
+    /// A restart that goes on though the competition stopped it; `None` where it was not stopped so.
+    pub fn resume(
+        &self,
+        step: usize,
+        restart: usize,
+        state: Value,
+    ) -> Result<Option<Advance>, MachineError> {
+        let broke = |reason: String| MachineError {
+            step,
+            restart,
+            reason,
+        };
+        let state: RestartState = serde_json::from_value(state)
+            .map_err(|e| broke(format!("read its own state back: {e}")))?;
+        let next = study::resume(&self.study, &state).map_err(|e| broke(e.to_string()))?;
+        next.map(|next| self.moved(&state, next)).transpose()
+    }
+
+    /// Indices of the steps that take from a step.
+    pub fn takers(&self, step: usize) -> Vec<usize> {
+        let takes = |s: &StudyStep| {
+            s.takes
+                .iter()
+                .any(|t| self.study.index_of(&t.step) == Some(step))
+        };
+        let steps = self.study.steps.iter().enumerate();
+        steps.filter(|(_, s)| takes(s)).map(|(k, _)| k).collect()
+    }
+
+    /// The competition of a step as a whole; `None` where its restarts do not compete, or cannot be read.
+    pub fn race(&self, step: usize, summaries: &[&Value]) -> Option<RaceSummary> {
+        let competition = &self.study.steps.get(step)?.restarts.competition;
+        let records = Self::records(step, summaries).ok()?;
+        RaceSummary::of(competition, &records).filter(|_| !summaries.is_empty())
+    }
+
+    /// A restart as it is stored.
+    fn stored(
+        &self,
+        state: &RestartState,
+        asks: Vec<EvaluationRequest>,
+        done: bool,
+    ) -> Result<Advance, MachineError> {
+        let (step, restart) = (state.spec.step, state.spec.index);
+        let broke = |reason: String| MachineError {
+            step,
+            restart,
+            reason,
+        };
+        let waits = state.waits_at().is_some();
+        // An optimiser that neither asks nor stops would hang its study.
+        if (done || waits) != asks.is_empty() {
+            return Err(broke(format!(
+                "go on: it has {} and asks for {} points",
+                if done { "stopped" } else { "not stopped" },
+                asks.len()
+            )));
+        }
+        let text =
+            serde_json::to_value(state).map_err(|e| broke(format!("store its state: {e}")))?;
+        let last = state.final_point();
+        let fidelity = state
+            .fidelity(&self.study)
+            .map_err(|e| broke(e.to_string()))?;
+        Ok(Advance {
+            state: text,
+            asks,
+            done,
+            waits,
+            shows_more: false,
+            summary: json!({
+                "seed": state.spec.seed,
+                "start": state.spec.start_kind,
+                "orientation": state.spec.orientation,
+                "x0": state.spec.x0,
+                "stop": state.stop,
+                "evaluations": state.evaluations,
+                "analyses": state.optimiser.analyses(),
+                "gradients": state.optimiser.gradients(),
+                "iterations": state.optimiser.iteration(),
+                "replans": state.replans,
+                "multipliers": state.optimiser.multipliers(),
+                "x": last.map(|point| &point.x),
+                "objective": last.map(|point| point.objective),
+                "best": state.best,
+                "best_with_overlap": state.best_with_overlap,
+                "history_sha256": state.history_sha256,
+                "fidelity": fidelity,
+                "race": state.race_record(),
+            }),
+        })
     }
 
     /// Hash of model, mesh plan, settings, design bits and what is wanted. Build and instruction set stand beside it in
@@ -257,56 +425,9 @@ impl StudyMachine {
             max_violation: Some(violation),
             feasible,
             overlap,
-            counts: feasible && !overlap && !outcome.is_unstable(),
+            counts: feasible && !overlap && !outcome.is_unstable() && request.fidelity.is_none(),
         })
     }
-}
-
-/// A restart as it is stored.
-fn stored(
-    state: &RestartState,
-    asks: Vec<EvaluationRequest>,
-    done: bool,
-) -> Result<Advance, MachineError> {
-    let (step, restart) = (state.spec.step, state.spec.index);
-    let broke = |reason: String| MachineError {
-        step,
-        restart,
-        reason,
-    };
-    // An optimiser that neither asks nor stops would hang its study.
-    if done != asks.is_empty() {
-        return Err(broke(format!(
-            "go on: it has {} and asks for {} points",
-            if done { "stopped" } else { "not stopped" },
-            asks.len()
-        )));
-    }
-    let text = serde_json::to_value(state).map_err(|e| broke(format!("store its state: {e}")))?;
-    let last = state.final_point();
-    Ok(Advance {
-        state: text,
-        asks,
-        done,
-        summary: json!({
-            "seed": state.spec.seed,
-            "start": state.spec.start_kind,
-            "orientation": state.spec.orientation,
-            "x0": state.spec.x0,
-            "stop": state.stop,
-            "evaluations": state.evaluations,
-            "analyses": state.optimiser.analyses(),
-            "gradients": state.optimiser.gradients(),
-            "iterations": state.optimiser.iteration(),
-            "replans": state.replans,
-            "multipliers": state.optimiser.multipliers(),
-            "x": last.map(|point| &point.x),
-            "objective": last.map(|point| point.objective),
-            "best": state.best,
-            "best_with_overlap": state.best_with_overlap,
-            "history_sha256": state.history_sha256,
-        }),
-    })
 }
 
 fn broke(request: &EvaluationRequest, error: &StudyError) -> MachineError {

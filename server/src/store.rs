@@ -111,6 +111,8 @@ pub struct NewAsk {
     pub key: String,
     /// Whether it starts a program.
     pub command: bool,
+    /// What is handed out first within a study; equal places by age.
+    pub place: i64,
     /// The known result.
     pub known: Option<(KnownResult, Judgement)>,
 }
@@ -264,6 +266,8 @@ pub struct NewStep {
     pub summary: Value,
     /// Whether the optimiser stopped.
     pub done: bool,
+    /// Whether the restart waits for a decision, with nothing asked.
+    pub waits: bool,
     /// Next batch.
     pub asks: Vec<NewAsk>,
 }
@@ -353,6 +357,8 @@ pub struct StoredRestart {
     pub index: usize,
     /// Whether the optimiser stopped.
     pub done: bool,
+    /// Whether it waits for a decision, with nothing asked.
+    pub waits: bool,
     /// Steps so far.
     pub version: i64,
     /// What the optimiser says of itself.
@@ -378,6 +384,10 @@ pub struct StoredBest {
 
 /// A point of a curve as stored, in the optimiser's order within its restart.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "what is stored of a point, column by column"
+)]
 pub struct StoredPoint {
     /// Index of the step.
     pub step: usize,
@@ -399,6 +409,8 @@ pub struct StoredPoint {
     pub cpu_s: f64,
     /// Stored, ms.
     pub finished_ms: i64,
+    /// Below the study's own fidelity.
+    pub coarse: bool,
     /// Objective on the second mesh, of a band that is answered with a value.
     pub second_mesh: Option<f64>,
 }
@@ -466,6 +478,11 @@ pub trait Store: Send + Sync {
     async fn release_all(&self) -> Result<(), StoreError>;
     /// The batch of a restart, if all of it is answered and the restart wants a step.
     async fn batch(&self, restart: RestartId) -> Result<Option<Batch>, StoreError>;
+    /// A restart with nothing asked: one that waits for a decision, or is done; without outcomes.
+    async fn idle(&self, restart: RestartId) -> Result<Option<Batch>, StoreError>;
+    /// Brings a done restart back, if it still is the version that was read: its step and its study go on with it. False
+    /// otherwise, where the study was cancelled or failed, and where one of the steps `untouched` has begun.
+    async fn reopen(&self, step: NewStep, untouched: &[usize]) -> Result<bool, StoreError>;
     /// Saves a step, if the restart is still the version that was read.
     async fn save_step(&self, step: NewStep) -> Result<Saved, StoreError>;
     /// Known results for keys, from this build and instruction set; `study` restricts them to one study.

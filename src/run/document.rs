@@ -2,6 +2,7 @@
 
 use salp_core::hierarchy::StepResult;
 use salp_core::study::Study;
+use salp_core::study::race::Fidelity;
 use salp_protocol::{
     Axis, Best, BestSoFar, Candidate, Curve, EvaluationRow, RestartView, StepState, StepView,
     StudyId, StudyState, StudyView,
@@ -144,6 +145,7 @@ impl Results {
             "inputs": view.inputs,
             "best": best,
             "candidates": self.handed_on(step),
+            "race": view.race,
             "restarts": restarts,
         })
     }
@@ -152,7 +154,9 @@ impl Results {
     fn handed_on(&self, step: usize) -> Vec<Value> {
         let constraints = |restart: usize, x: &[f64]| {
             let mut rows = self.ledger.iter();
-            let row = rows.find(|r| (r.step, r.restart) == (step, restart) && r.x == x);
+            let row = rows.find(|r| {
+                (r.step, r.restart) == (step, restart) && r.x == x && r.fidelity.is_none()
+            });
             row.and_then(|r| Some(r.outcome.as_ref()?.constraints.clone()))
         };
         let candidate = |x: &[f64], objective: f64, restart: usize| json!({ "x": x, "objective": objective, "constraints": constraints(restart, x), "restart": restart });
@@ -179,12 +183,15 @@ impl Results {
         let summary = &restart.summary;
         let said = |name: &str| summary.get(name).cloned().unwrap_or(Value::Null);
         let x: Option<Vec<f64>> = serde_json::from_value(said("x")).ok();
+        let fidelity = serde_json::from_value::<Option<Fidelity>>(said("fidelity"));
+        let fidelity = fidelity.unwrap_or_default();
         // The optimiser keeps no violation of its final point; the ledger does.
         let max_violation = rows
             .iter()
+            .filter(|row| row.fidelity == fidelity)
             .rfind(|row| Some(&row.x) == x.as_ref() && row.objective.is_some())
             .and_then(|row| row.max_violation);
-        json!({
+        let mut document = json!({
             "index": restart.index,
             "seed": said("seed"),
             "stop_reason": stop_reason(summary),
@@ -196,12 +203,18 @@ impl Results {
             "max_violation": max_violation,
             "history_sha256": restart.history_sha256,
             "history": rows.into_iter().map(entry).collect::<Vec<Value>>(),
-        })
+        });
+        if !said("race").is_null() {
+            document["stop"] = said("stop");
+            document["fidelity"] = json!(fidelity);
+            document["race"] = said("race");
+        }
+        document
     }
 }
 
 fn entry(row: &EvaluationRow) -> Value {
-    json!({
+    let mut entry = json!({
         "evaluation": row.evaluation,
         "kind": row.kind,
         "x": row.x,
@@ -211,5 +224,9 @@ fn entry(row: &EvaluationRow) -> Value {
         "outcome": row.status,
         "cpu_s": row.cpu_s,
         "worker": row.worker,
-    })
+    });
+    if let Some(fidelity) = row.fidelity {
+        entry["fidelity"] = json!(fidelity);
+    }
+    entry
 }

@@ -45,6 +45,8 @@ pub fn write(
     write_file(&at("curve.csv"), &csv::curve(&results.curve))?;
     write_file(&at("ledger.csv"), &csv::ledger(&all_rows(results)))?;
     let mut lines = counts(results);
+    lines.extend(crate::race::lines(&results.view.steps));
+    lines.extend(coarse(results));
     let mut caption = Vec::new();
     let mut summary = json!({ "study_id": results.view.id, "name": study.name });
     match results.best() {
@@ -135,6 +137,14 @@ pub fn write(
     write_file(&at("curve.svg"), &curve)?;
     page.figure("Run time against the best objective", &curve);
     summary["bands"] = json!(results.view.counts.bands);
+    summary["races"] = json!(
+        results
+            .view
+            .steps
+            .iter()
+            .map(|s| &s.race)
+            .collect::<Vec<_>>()
+    );
     summary["restarts"] = json!(results.restarts.len());
     summary["evaluations"] = json!(results.view.counts.answered);
     summary["cpu_s"] = json!(cpu_s(results));
@@ -245,6 +255,20 @@ fn bands(study: &Study, results: &Results) -> String {
         counts.without_values,
         number(Some(counts.cpu_s))
     )
+}
+
+/// What was evaluated below the study's own fidelity.
+fn coarse(results: &Results) -> Option<String> {
+    let coarse = || results.ledger.iter().filter(|row| row.fidelity.is_some());
+    let paid = coarse().filter(|row| row.cached_from.is_none());
+    let cpu_s: f64 = paid.filter_map(|row| row.cpu_s).sum();
+    (coarse().count() > 0).then(|| {
+        format!(
+            "below the study's own fidelity: {} of the evaluations, {} s of the CPU; none of them counts as best",
+            coarse().count(),
+            number(Some(cpu_s))
+        )
+    })
 }
 
 /// The whole ledger.

@@ -91,6 +91,7 @@ fn cpu_s(results: &Results, step: usize) -> f64 {
 fn given_up_by(results: &Results, step: usize) -> Vec<GivenUp> {
     let rows = results.ledger.iter().filter(|row| row.step == step);
     let evaluated: Vec<(&[f64], f64)> = rows
+        .filter(|row| row.fidelity.is_none())
         .filter_map(|row| Some((row.x.as_slice(), row.objective?)))
         .collect();
     let view = &results.view.steps[step];

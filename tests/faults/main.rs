@@ -5,6 +5,7 @@
 mod support;
 
 mod bad_input;
+mod races;
 mod run;
 mod steps;
 

@@ -4,6 +4,7 @@
 mod support;
 
 mod bands;
+mod races;
 mod verbs;
 
 use std::collections::BTreeSet;

@@ -64,6 +64,20 @@ pub fn study(pause_s: f64) -> Value {
     })
 }
 
+/// Six restarts that compete in two rungs, at checks, and by merging; a program has one fidelity, so that the rungs differ by
+/// their evaluations alone.
+pub fn race(pause_s: f64) -> Value {
+    let mut document = study(pause_s);
+    document["step"][0]["restarts"] = json!({
+        "start": "given",
+        "points": [[0.3, 0.2, -0.1], [-0.5, 0.1, 0.4], [0.9, 0.1, 0.3], [0.1, 0.9, 0.9], [-0.9, 0.2, 0.1], [0.31, 0.2, -0.1]],
+        "race": {"rungs": [{"evaluations": 4}, {"evaluations": 8}], "eta": 2},
+        "stop_dominated": {"every": 6},
+        "merge_within": 0.005,
+    });
+    document
+}
+
 /// A process that is killed when the test lets go of it.
 pub struct Process {
     child: Child,
@@ -247,10 +261,15 @@ impl Coordinator {
 
 /// The histories of an undisturbed run by one worker. The pause is no part of the model's answer, so any pause does.
 pub fn undisturbed() -> Vec<String> {
+    undisturbed_of(&study(0.0))
+}
+
+/// As [`undisturbed`], of another study.
+pub fn undisturbed_of(document: &Value) -> Vec<String> {
     let folder = Folder::new("undisturbed");
     let coordinator = serve(&folder, "127.0.0.1:0", &[]);
     let _worker = work(&folder, &coordinator.url, &[]);
-    let id = coordinator.submit(&study(0.0));
+    let id = coordinator.submit(document);
     coordinator.until_done(&id);
     coordinator.histories(&id)
 }

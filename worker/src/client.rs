@@ -135,6 +135,17 @@ impl Client {
         self.get(&format!("/v1/studies/{id}/restarts"))
     }
 
+    /// Brings back a restart that the competition of its step stopped.
+    pub fn resume_restart(
+        &self,
+        id: &StudyId,
+        step: usize,
+        index: usize,
+    ) -> Result<RestartView, ClientError> {
+        let path = format!("/v1/studies/{id}/steps/{step}/restarts/{index}/resume");
+        self.post(&path, &Value::Null)
+    }
+
     /// Curve of a study.
     pub fn curve(&self, id: &StudyId, axis: Axis) -> Result<Curve, ClientError> {
         let axis = match axis {

@@ -1,5 +1,7 @@
 //! One evaluation of a study: design variables in, objective, constraints and their gradients out.
 
+use std::borrow::Cow;
+
 use super::analysis::{Analysis, Wanted, analyse};
 use super::contact::contact_of_study;
 use super::layout_step::evaluate_layout;
@@ -149,19 +151,13 @@ fn attempt(
     if study.step(step)?.model.finite_elements().is_none() {
         return Err(StudyError::NoChambers { step });
     }
+    let states = request.fidelity.and_then(|f| f.load_steps_per_leg);
+    let study = &*match states {
+        Some(states) => study.with_load_steps(step, states),
+        None => Cow::Borrowed(study),
+    };
     let mut scene = study.scene(step, &request.x, request.orientation)?;
-    let plan = match &request.plan_base {
-        Some(base) => study.mesh_plan(step, base)?,
-        None => None,
-    };
-    let plan = if request.second_mesh {
-        // Where the base has no plan, the design has its own.
-        let own = || study.mesh_plan(step, &request.x).transpose();
-        let plan = plan.map(Ok).or_else(own).transpose()?;
-        plan.as_ref().map(MeshPlan::halved)
-    } else {
-        plan
-    };
+    let plan = plan(study, request)?;
     let Body::Actuator(chain) = &scene.body else {
         return Err(StudyError::NoChambers { step });
     };
@@ -254,6 +250,29 @@ fn attempt(
     }
     outcome.report = Some(report);
     Ok(outcome)
+}
+
+/// The mesh plan of a request; `None`: the design has its own, or none.
+fn plan(study: &Study, request: &EvaluationRequest) -> Result<Option<MeshPlan>, StudyError> {
+    let plan = match &request.plan_base {
+        Some(base) => study.mesh_plan(request.step, base)?,
+        None => None,
+    };
+    let share = request.fidelity.map(|fidelity| fidelity.mesh);
+    if !request.second_mesh && share.is_none_or(|share| share >= 1.0) {
+        return Ok(plan);
+    }
+    // Where the base has no plan, the design has its own.
+    let own = || study.mesh_plan(request.step, &request.x).transpose();
+    let mut plan = plan.map(Ok).or_else(own).transpose()?;
+    if let Some(share) = share {
+        plan = plan.map(|plan| plan.coarsened(share));
+    }
+    Ok(if request.second_mesh {
+        plan.as_ref().map(MeshPlan::halved)
+    } else {
+        plan
+    })
 }
 
 /// How an evaluation ended for a study with these limits.

@@ -3,6 +3,7 @@ mod ask;
 mod companions;
 mod contact;
 mod direct;
+mod fidelity;
 mod layouts;
 mod margin;
 mod measures;

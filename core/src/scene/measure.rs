@@ -122,6 +122,33 @@ impl<P> Measure<P> {
         })
     }
 
+    /// The same measure over a path of as many legs with `to` states on each instead of `from`. `None` where it is of a state
+    /// within a leg, or has a point for each state.
+    #[must_use]
+    pub fn with_load_steps(&self, legs: usize, from: usize, to: usize) -> Option<Self>
+    where
+        P: Clone,
+    {
+        let mut measure = self.clone();
+        match &mut measure {
+            Self::EnclosedArea { .. } => {}
+            Self::TipPath { points_mm, .. } => {
+                if points_mm.len() != legs + 1 {
+                    return None;
+                }
+            }
+            Self::Displacement { state, .. }
+            | Self::BendingAngle { state, .. }
+            | Self::ChamberArea { state, .. } => {
+                if !state.is_multiple_of(from) {
+                    return None;
+                }
+                *state = *state / from * to;
+            }
+        }
+        Some(measure)
+    }
+
     /// Its probes.
     pub fn probes(&self) -> Vec<&P> {
         match self {

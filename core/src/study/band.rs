@@ -5,11 +5,13 @@ use super::spec::Study;
 
 impl Study {
     /// What is asked for the error band of an evaluation; `None` where the study wants none, of programs, which have no
-    /// mesh, and of what is itself a band.
+    /// mesh, below the study's own fidelity, and of what is itself a band.
     pub fn band(&self, request: &EvaluationRequest) -> Option<EvaluationRequest> {
         let step = self.steps.get(request.step)?;
-        let wanted =
-            self.error_bands && step.model.finite_elements().is_some() && !request.second_mesh;
+        let wanted = self.error_bands
+            && step.model.finite_elements().is_some()
+            && !request.second_mesh
+            && request.fidelity.is_none();
         wanted.then(|| EvaluationRequest {
             second_mesh: true,
             want_gradient: false,

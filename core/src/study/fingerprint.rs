@@ -106,6 +106,9 @@ impl EvaluationRequest {
         bits(&mut hash, self.plan_base.as_deref().unwrap_or(&[]));
         number(&mut hash, u64::from(self.want_gradient));
         number(&mut hash, u64::from(self.second_mesh));
+        if let Some(fidelity) = &self.fidelity {
+            text(&mut hash, &json(fidelity));
+        }
         Ok(hex(hash))
     }
 }

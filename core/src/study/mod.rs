@@ -4,8 +4,10 @@ mod band;
 mod chambers;
 mod design;
 mod error;
+mod fidelity;
 mod fingerprint;
 mod preset;
+pub mod race;
 mod read;
 pub mod restart;
 pub mod result;
@@ -25,7 +27,9 @@ pub use error::StudyError;
 pub use fingerprint::{HistoryEntry, empty_history, extend_history, history_sha256};
 pub use preset::{PRESETS, expand, preset};
 pub use read::read_study;
-pub use restart::{BestPoint, RestartState, RestartStep, RestartStop, StudyStop, begin, step};
+pub use restart::{
+    BestPoint, RestartState, RestartStep, RestartStop, StudyStop, begin, pass, resume, step,
+};
 pub use result::{
     EvaluationReport, EvaluationRequest, LossReport, Note, Outcome, OutcomeStatus, OverlapReport,
     StateReport,

@@ -12,10 +12,15 @@
 //! where the plan could not follow a trial, the iterate becomes the base and is evaluated again (kind `Replan`), and the
 //! optimiser restarts its memories. Should that evaluation fail, the run goes on with the plan that it had.
 
+mod gate;
+
+pub use gate::{pass, resume};
+
 use serde::{Deserialize, Serialize};
 
 use super::error::StudyError;
 use super::fingerprint::{HistoryEntry, empty_history, extend_history};
+use super::race::{DominationRule, Merit};
 use super::result::{EvaluationRequest, Outcome, OutcomeStatus};
 use super::spec::Study;
 use super::start::RestartSpec;
@@ -53,6 +58,9 @@ pub struct RestartState {
     pub stop: Option<RestartStop>,
     /// Hash of the history so far.
     pub history_sha256: String,
+    /// How it competes with the other restarts of its step; `None` where they do not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) racing: Option<Box<gate::Racing>>,
     /// Whether the present plan failed to follow a design since the last look at it.
     plan_failed: bool,
     /// The run and the plan base before the change of plan that is being evaluated.
@@ -98,13 +106,46 @@ pub enum RestartStop {
 }
 
 /// Why a study ends a restart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "reason", rename_all = "snake_case")]
 pub enum StudyStop {
     /// The next batch would exceed the restart's share of the evaluations.
     EvaluationBudget {
         /// Its share.
         evaluations: usize,
+    },
+    /// At the end of a rung of the race others were better.
+    NotPromoted {
+        /// The rung, from 0.
+        rung: usize,
+        /// How many earlier restarts were at least as good.
+        rank: usize,
+        /// Number of those compared, itself included.
+        of: usize,
+        /// How many of them go up.
+        places: usize,
+    },
+    /// At a check others were better at equal cost.
+    Dominated {
+        /// By which rule.
+        rule: DominationRule,
+        /// Its evaluations.
+        evaluations: usize,
+        /// Its best so far.
+        merit: Merit,
+        /// What it may be expected to reach, by the rule.
+        bound: Merit,
+        /// What the earlier ones have reached.
+        reference: Merit,
+        /// Their number.
+        of: usize,
+    },
+    /// Its design came near to that of an earlier restart, which goes on.
+    Merged {
+        /// Index of that restart.
+        with: usize,
+        /// Largest difference of a variable in shares of its range.
+        distance: f64,
     },
 }
 
@@ -119,6 +160,13 @@ pub struct RestartStep {
     pub done: Option<RestartStop>,
     /// The best design that counts, so far.
     pub best: Option<BestPoint>,
+}
+
+impl StudyStop {
+    /// Whether it comes from the competition of restarts, so that [`resume`] brings the restart back.
+    pub fn is_of_competition(&self) -> bool {
+        !matches!(self, Self::EvaluationBudget { .. })
+    }
 }
 
 /// Opens a restart.
@@ -161,6 +209,7 @@ pub fn begin(
         best_with_overlap: None,
         stop: None,
         history_sha256: empty_history(),
+        racing: gate::Racing::open(step, spec),
         plan_failed: false,
         before_replan: None,
     };
@@ -182,13 +231,9 @@ pub fn step(
     if state.stop.is_none() {
         let told = state.take(study, outcomes)?;
         state.advance(study, &told)?;
+        state.note_end();
     }
-    Ok(RestartStep {
-        asks: state.pending.clone(),
-        done: state.stop,
-        best: state.best.clone(),
-        state,
-    })
+    Ok(state.into_step())
 }
 
 impl RestartState {
@@ -203,6 +248,15 @@ impl RestartState {
     /// The optimiser's best point, whether or not it counts as a candidate.
     pub fn final_point(&self) -> Option<&Point> {
         self.optimiser.best()
+    }
+
+    fn into_step(self) -> RestartStep {
+        RestartStep {
+            asks: self.pending.clone(),
+            done: self.stop,
+            best: self.best.clone(),
+            state: self,
+        }
     }
 
     /// Books the outcomes: history, counts, best so far.
@@ -224,8 +278,10 @@ impl RestartState {
             told.push(outcome.told());
             self.plan_failed |= matches!(outcome.status, OutcomeStatus::InfeasibleGeometry { .. });
             let violation = problem.violation(&outcome.constraints);
+            self.note_merit(step, &request, &outcome, violation);
             if let Some(objective) = outcome.objective
                 && violation <= tolerance
+                && request.fidelity.is_none()
             {
                 let point = BestPoint {
                     evaluation: self.evaluations,
@@ -263,6 +319,9 @@ impl RestartState {
             was_replanned => {
                 let next = optimiser::step(&self.optimiser, told);
                 self.optimiser = next.state;
+                if self.comes_to_gate(study)? {
+                    return Ok(());
+                }
                 self.stop = next.done.map(RestartStop::Optimiser);
                 if self.stop.is_some() {
                     next.asks
@@ -278,6 +337,11 @@ impl RestartState {
         if self.stop.is_some() {
             return Ok(());
         }
+        self.ask(study, asks)
+    }
+
+    /// Goes on with what the optimiser asks, within the restart's share of the budget.
+    fn ask(&mut self, study: &Study, asks: Vec<Ask>) -> Result<(), StudyError> {
         if let Some(share) = study.step(self.spec.step)?.evaluations_per_restart()
             && self.evaluations + asks.len() > share
         {
@@ -349,6 +413,7 @@ impl RestartState {
     ) -> Result<Vec<EvaluationRequest>, StudyError> {
         let model = &study.step(self.spec.step)?.model;
         let meshed = model.finite_elements().is_some();
+        let fidelity = self.fidelity(study)?;
         let request = |ask: Ask| EvaluationRequest {
             step: self.spec.step,
             kind: ask.kind,
@@ -358,6 +423,7 @@ impl RestartState {
             want_gradient: ask.want_gradient,
             orientation: self.spec.orientation,
             second_mesh: false,
+            fidelity,
             given: self.spec.given.clone(),
         };
         Ok(asks.into_iter().map(request).collect())

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::race::Fidelity;
 use super::takes::Given;
 use crate::optimiser::AskKind;
 use crate::reduced::LinearTransform;
@@ -28,6 +29,9 @@ pub struct EvaluationRequest {
     /// evaluation whose band it is.
     #[serde(default, skip_serializing_if = "is_false")]
     pub second_mesh: bool,
+    /// A fidelity below the study's own, on a rung of a race: such a design never counts as best.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fidelity: Option<Fidelity>,
     /// What the step was given by others.
     #[serde(default, skip_serializing_if = "Given::is_empty")]
     pub given: Given,

@@ -6,6 +6,7 @@
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
+use super::race::Competition;
 use super::result::is_false;
 use super::takes::{Given, Pass, Simplification, Take};
 use crate::actuation::ActuationCycle;
@@ -369,6 +370,9 @@ pub struct Restarts {
     /// A start nearer than this to another one is drawn again: the largest difference of a variable over its range.
     #[serde(skip_serializing_if = "is_the_default_distance")]
     pub least_distance: f64,
+    /// How they compete.
+    #[serde(flatten)]
+    pub competition: Competition,
 }
 
 /// A kind of start.

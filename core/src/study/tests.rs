@@ -4,6 +4,7 @@ mod direct;
 mod documents;
 mod layouts;
 mod machine;
+mod racing;
 mod replan;
 mod schema;
 mod starts;

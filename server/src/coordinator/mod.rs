@@ -1,5 +1,7 @@
-//! The scheduler: submission and commands here, claims and reports in `work`, the optimiser's step in `step`.
+//! The scheduler: submission and commands here, claims and reports in `work`, the optimiser's step in `step`,
+//! restarts that compete in `race`.
 
+mod race;
 mod step;
 mod work;
 
@@ -15,6 +17,7 @@ use tracing::{info, warn};
 use crate::config::{ConfigError, ServerConfig, random_hex};
 use crate::machine::{MachineError, StudyMachine};
 use crate::store::{Command, Commanded, NewStudy, Store, StoreError, Submitted};
+pub use race::Resumed;
 use step::begin_first;
 
 /// Longest time for which a claim is held back, s.

@@ -73,7 +73,13 @@ impl Coordinator {
                 }
             };
             let asks = self
-                .asks(&machine, &study, step, bound_to.as_ref(), stepped.asks)
+                .asks(
+                    &machine,
+                    &study,
+                    (step, index),
+                    bound_to.as_ref(),
+                    stepped.asks,
+                )
                 .await?;
             let saved = self
                 .store
@@ -83,6 +89,7 @@ impl Coordinator {
                     machine: stepped.state,
                     summary: stepped.summary,
                     done: stepped.done,
+                    waits: stepped.waits,
                     asks,
                 })
                 .await?;
@@ -90,7 +97,7 @@ impl Coordinator {
                 return Ok(());
             };
             self.announce();
-            if step_ended {
+            if step_ended || stepped.shows_more {
                 self.follow_in_background(study);
             }
         }
@@ -99,15 +106,15 @@ impl Coordinator {
 
     /// Completes at once the asks whose results are known. Those of programs are known only within their own study:
     /// a program can change without its study.
-    async fn asks(
+    pub(super) async fn asks(
         &self,
         machine: &Arc<StudyMachine>,
         study: &StudyId,
-        step: usize,
+        (step, restart): (usize, usize),
         bound_to: Option<&(String, String)>,
         requests: Vec<EvaluationRequest>,
     ) -> Result<Vec<NewAsk>, CoordinatorError> {
-        let mut asks = new_asks(machine, step, requests)?;
+        let mut asks = new_asks(machine, step, restart, requests)?;
         let Some(bound_to) = bound_to else {
             return Ok(asks);
         };
@@ -125,7 +132,7 @@ impl Coordinator {
 
     /// Ends the steps whose restarts have all ended, begins those that have all that they take, gives up those that never
     /// will, and ends the study after the last one. Done again it does nothing.
-    async fn follow(&self, study: &StudyId) -> Result<(), CoordinatorError> {
+    async fn follow(self: &Arc<Self>, study: &StudyId) -> Result<(), CoordinatorError> {
         let machine = match self.machine(study).await {
             Ok(machine) => machine,
             // Of another build: nothing of it can move, and nobody is to try again and again.
@@ -159,13 +166,16 @@ impl Coordinator {
 
     /// One look at the steps; whether one of them moved.
     async fn follow_once(
-        &self,
+        self: &Arc<Self>,
         study: &StudyId,
         machine: &Arc<StudyMachine>,
     ) -> Result<bool, CoordinatorError> {
         let mut moved = false;
         let mut progress = Vec::new();
         for mut step in self.store.steps(study).await? {
+            if step.state == StepState::Running && machine.competes(step.step) {
+                moved |= self.decide(study, machine, &step).await?;
+            }
             if step.state == StepState::Running
                 && let Some(restarts) = self.store.ended_restarts(study, step.step).await?
             {
@@ -194,9 +204,16 @@ impl Coordinator {
 fn new_asks(
     machine: &StudyMachine,
     step: usize,
+    restart: usize,
     requests: Vec<EvaluationRequest>,
 ) -> Result<Vec<NewAsk>, MachineError> {
     let command = machine.starts_programs(step);
+    // Of restarts that compete the later ones wait for the earlier ones.
+    let place = if machine.competes(step) {
+        restart as i64
+    } else {
+        0
+    };
     requests
         .into_iter()
         .map(|request| {
@@ -204,6 +221,7 @@ fn new_asks(
                 key: machine.key(&request)?,
                 request,
                 command,
+                place,
                 known: None,
             })
         })
@@ -244,7 +262,7 @@ async fn begin(
                 index,
                 machine: advance.state,
                 summary: advance.summary,
-                asks: new_asks(machine, step, advance.asks)?,
+                asks: new_asks(machine, step, index, advance.asks)?,
             })
         })
         .collect::<Result<_, MachineError>>()?;
@@ -266,7 +284,7 @@ async fn compute_step(machine: &Arc<StudyMachine>, batch: Batch) -> Result<Advan
         .unwrap_or_else(|panic| Err(broken(step, restart, &panic)))
 }
 
-fn broken(step: usize, restart: usize, panic: &tokio::task::JoinError) -> MachineError {
+pub(super) fn broken(step: usize, restart: usize, panic: &tokio::task::JoinError) -> MachineError {
     MachineError {
         step,
         restart,

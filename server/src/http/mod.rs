@@ -38,6 +38,10 @@ pub fn router(coordinator: Arc<Coordinator>) -> Router {
         .route("/v1/studies/{id}/pause", post(studies::pause))
         .route("/v1/studies/{id}/resume", post(studies::resume))
         .route("/v1/studies/{id}/restarts", get(results::restarts))
+        .route(
+            "/v1/studies/{id}/steps/{step}/restarts/{index}/resume",
+            post(results::resume_restart),
+        )
         .route("/v1/studies/{id}/curve", get(results::curve))
         .route("/v1/studies/{id}/evaluations", get(results::evaluations))
         .route("/v1/studies/{id}/candidates", get(results::candidates))

@@ -3,6 +3,7 @@
 use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
+use salp_protocol::problem::{self, Problem};
 use salp_protocol::{
     Axis, Candidate, LedgerPage, RestartState, RestartView, StudyId, csv as table,
 };
@@ -11,6 +12,7 @@ use serde::Deserialize;
 use super::Shared;
 use super::answer::{Parameters, PathId, Refusal, csv};
 use super::studies::{best_point, find};
+use crate::coordinator::Resumed;
 use crate::curve::curve as curve_of;
 
 /// JSON or CSV.
@@ -39,10 +41,10 @@ pub async fn restarts(
         views.push(RestartView {
             step: stored.step,
             index: stored.index,
-            state: if stored.done {
-                RestartState::Done
-            } else {
-                RestartState::Running
+            state: match (stored.done, stored.waits) {
+                (true, _) => RestartState::Done,
+                (false, true) => RestartState::Waiting,
+                (false, false) => RestartState::Running,
             },
             version: stored.version,
             evaluations: stored.summary["evaluations"].as_u64().unwrap_or(0),
@@ -55,6 +57,28 @@ pub async fn restarts(
         });
     }
     Ok(Json(views))
+}
+
+/// Brings back a restart that the competition stopped.
+pub async fn resume_restart(
+    State(coordinator): Shared,
+    PathId((id, step, index)): PathId<(String, usize, usize)>,
+) -> Result<Json<RestartView>, Refusal> {
+    let study = find(&coordinator, id.clone()).await?;
+    match coordinator.resume_restart(&study.id, step, index).await? {
+        Resumed::Yes => {}
+        Resumed::Refused(why) => return Err(Problem::new(problem::WRONG_STATE, why).into()),
+        Resumed::Unknown => {
+            let what = format!("step {step} of study {id} has no restart {index}");
+            return Err(Problem::new(problem::UNKNOWN_RESTART, what).into());
+        }
+    }
+    let Json(views) = restarts(State(coordinator), PathId(id)).await?;
+    let view = views
+        .into_iter()
+        .find(|v| (v.step, v.index) == (step, index));
+    let gone = || Problem::new(problem::INTERNAL, "the restart is gone");
+    Ok(Json(view.ok_or_else(gone)?))
 }
 
 /// Parameters of a curve.

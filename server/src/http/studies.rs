@@ -20,6 +20,7 @@ use super::Shared;
 use super::answer::{Body, Parameters, PathId, Refusal, unknown_study};
 use crate::config::hex;
 use crate::coordinator::{Coordinator, CoordinatorError, Submission};
+use crate::machine::StudyMachine;
 use crate::store::{Command, Commanded, StoredBest, StoredStudy};
 
 /// Longest Idempotency-Key.
@@ -191,11 +192,23 @@ async fn view(coordinator: &Arc<Coordinator>, stored: StoredStudy) -> Result<Stu
     let counts = coordinator.store.counts(&stored.id).await?;
     let bests = coordinator.store.bests(&stored.id).await?;
     let stored_steps = coordinator.store.steps(&stored.id).await?;
-    let ids = match coordinator.machine(&stored.id).await {
-        Ok(machine) => machine.steps(),
+    let machine = match coordinator.machine(&stored.id).await {
+        Ok(machine) => Some(machine),
         // One study of another build must not hide all the others.
-        Err(CoordinatorError::Unreadable { .. }) => Vec::new(),
+        Err(CoordinatorError::Unreadable { .. }) => None,
         Err(failure) => return Err(failure.into()),
+    };
+    let ids = machine.as_ref().map_or_else(Vec::new, |m| m.steps());
+    let competes = |machine: &Arc<StudyMachine>| (0..ids.len()).any(|k| machine.competes(k));
+    let restarts = if machine.as_ref().is_some_and(competes) {
+        coordinator.store.restarts(&stored.id).await?
+    } else {
+        Vec::new()
+    };
+    let race = |step: usize| {
+        let of_step = restarts.iter().filter(|r| r.step == step);
+        let summaries: Vec<&Value> = of_step.map(|r| &r.summary).collect();
+        machine.as_ref()?.race(step, &summaries)
     };
     let steps: Vec<StepView> = ids
         .into_iter()
@@ -212,6 +225,7 @@ async fn view(coordinator: &Arc<Coordinator>, stored: StoredStudy) -> Result<Stu
                 began_ms: step.began_ms,
                 ended_ms: step.ended_ms,
                 best: best_of_step(&bests, step.step),
+                race: race(step.step),
             }
         })
         .collect();

@@ -305,14 +305,15 @@ async fn best_of_kind(
     now: i64,
 ) -> Result<Option<Best>, StoreError> {
     let commands = i64::from(request.allow_commands);
-    // Expired leases come back in the order of age like everything else.
+    // Expired leases come back in the order of place and age like everything else.
     sqlx::query_as!(
         Best,
         r#"SELECT id AS "id!: String", state AS "state!: String", next AS "next!: i64" FROM (
                SELECT s.id, s.state, s.priority,
                       (SELECT COUNT(*) FROM queue q WHERE q.study = s.id AND q.state = 'leased' AND q.lease_until_ms > ?1) AS running,
-                      (SELECT MIN(q.evaluation) FROM queue q WHERE q.study = s.id AND q.kind = ?5 AND (q.command = 0 OR ?2)
-                           AND (q.state = 'ready' OR (q.state = 'leased' AND q.lease_until_ms <= ?1))) AS next
+                      (SELECT q.evaluation FROM queue q WHERE q.study = s.id AND q.kind = ?5 AND (q.command = 0 OR ?2)
+                           AND (q.state = 'ready' OR (q.state = 'leased' AND q.lease_until_ms <= ?1))
+                       ORDER BY q.place, q.evaluation LIMIT 1) AS next
                FROM studies s
                WHERE s.state IN ('queued', 'running')
                  AND (s.mixed_hardware OR s.build IS NULL OR (s.build = ?3 AND s.instruction_set = ?4)))
@@ -333,7 +334,7 @@ async fn an_optimiser_is_to_step(tx: &mut Tx) -> Result<bool, StoreError> {
     let steps = sqlx::query_scalar!(
         r#"SELECT (EXISTS (SELECT 1 FROM queue WHERE kind = 'band')
              AND EXISTS (SELECT 1 FROM restarts r JOIN studies s ON s.id = r.study
-                         WHERE r.state = 'running' AND s.state IN ('queued', 'running')
+                         WHERE r.state = 'running' AND r.waits = 0 AND s.state IN ('queued', 'running')
                            AND NOT EXISTS (SELECT 1 FROM evaluations e LEFT JOIN results a ON a.evaluation = e.id
                                            WHERE e.restart = r.id AND e.batch = r.batch AND a.evaluation IS NULL))) AS "steps!: i64""#
     )

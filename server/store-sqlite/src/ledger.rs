@@ -58,6 +58,7 @@ impl SqliteStore {
                         |_| "band".to_owned(),
                     ),
                     band_of: row.band_of.map(EvaluationId),
+                    fidelity: request.fidelity,
                     iteration: request.iteration,
                     x: request.x,
                     status: row.status,

@@ -190,6 +190,14 @@ impl Store for SqliteStore {
         self.complete_batch(restart).await
     }
 
+    async fn idle(&self, restart: RestartId) -> Result<Option<Batch>, StoreError> {
+        self.idle_restart(restart).await
+    }
+
+    async fn reopen(&self, step: NewStep, untouched: &[usize]) -> Result<bool, StoreError> {
+        self.reopen_restart(step, untouched).await
+    }
+
     async fn save_step(&self, step: NewStep) -> Result<Saved, StoreError> {
         self.save_computed_step(step).await
     }

@@ -122,7 +122,7 @@ impl SqliteStore {
         study: &StudyId,
     ) -> Result<Vec<StoredRestart>, StoreError> {
         let rows = sqlx::query!(
-            r#"SELECT id AS "id!: i64", step, restart_index, state, version, summary
+            r#"SELECT id AS "id!: i64", step, restart_index, state, waits, version, summary
                FROM restarts WHERE study = ? ORDER BY step, restart_index"#,
             study.0
         )
@@ -136,6 +136,7 @@ impl SqliteStore {
                     step: row.step as usize,
                     index: row.restart_index as usize,
                     done: row.state == "done",
+                    waits: row.waits != 0,
                     version: row.version,
                     summary: from_json("restart summary", &row.summary)?,
                 })
@@ -180,6 +181,7 @@ impl SqliteStore {
             r#"SELECT a.evaluation AS "evaluation!: i64", r.step AS "step!: i64", r.restart_index AS "restart_index!: i64",
                       a.objective, a.max_violation, a.feasible AS "feasible!: i64", a.overlap AS "overlap!: i64",
                       a.counts AS "counts!: i64",
+                      json_extract(e.request, '$.fidelity') IS NOT NULL AS "coarse!: i64",
                       a.cpu_s AS "cpu_s!: f64", a.finished_ms AS "finished_ms!: i64",
                       (SELECT b.objective FROM evaluations of JOIN results b ON b.evaluation = of.id
                        WHERE of.band_of = e.id) AS "second_mesh?: f64"
@@ -203,6 +205,7 @@ impl SqliteStore {
                 counts: row.counts != 0,
                 cpu_s: row.cpu_s,
                 finished_ms: row.finished_ms,
+                coarse: row.coarse != 0,
                 second_mesh: row.second_mesh,
             })
             .collect())

@@ -159,6 +159,7 @@ pub async fn store_answer(tx: &mut Tx, answer: Answered<'_>, now: i64) -> Result
         "objective": answer.outcome.objective,
         "feasible": feasible,
         "overlap": overlap,
+        "counts": counts,
         "worker": answer.worker,
         "cached": cached_from.is_some(),
     });

@@ -1,11 +1,11 @@
 //! The optimiser's steps, and what a crash left behind.
 
-use salp_protocol::{EvaluationId, StudyId, WorkerId};
+use salp_protocol::{EvaluationId, StepState, StudyId, StudyState, WorkerId};
 use salp_server::store::{Batch, KnownResult, NewStep, RestartId, Saved, StoreError};
 use serde_json::json;
 
 use crate::SqliteStore;
-use crate::rows::{database, from_json, note, now_ms, to_json};
+use crate::rows::{database, enter_state, from_json, note, now_ms, study_state, to_json};
 use crate::submit::{Owner, insert_asks};
 
 impl SqliteStore {
@@ -20,7 +20,7 @@ impl SqliteStore {
                       r.version AS "version!: i64", r.batch AS "batch!: i64", r.machine AS "machine!: String",
                       s.mixed_hardware AS "mixed_hardware!: i64", s.build, s.instruction_set
                FROM restarts r JOIN studies s ON s.id = r.study
-               WHERE r.id = ? AND r.state = 'running' AND s.state IN ('queued', 'running', 'paused')"#,
+               WHERE r.id = ? AND r.state = 'running' AND r.waits = 0 AND s.state IN ('queued', 'running', 'paused')"#,
             restart.0
         )
         .fetch_optional(&mut *tx)
@@ -69,7 +69,7 @@ impl SqliteStore {
         let now = now_ms(&mut tx).await?;
         let ended = step.done.then_some(now);
         let row = sqlx::query!(
-            r#"UPDATE restarts SET machine = ?, summary = ?, state = ?, ended_ms = ?,
+            r#"UPDATE restarts SET machine = ?, summary = ?, state = ?, ended_ms = ?, waits = ?,
                    version = version + 1, batch = batch + 1
                WHERE id = ? AND version = ? AND state = 'running'
                  AND (SELECT s.state FROM studies s WHERE s.id = restarts.study) IN ('queued', 'running', 'paused')
@@ -79,6 +79,7 @@ impl SqliteStore {
             summary,
             state,
             ended,
+            step.waits,
             step.restart.0,
             step.version
         )
@@ -96,6 +97,11 @@ impl SqliteStore {
             restart_index: row.restart_index,
         };
         insert_asks(&mut tx, &owner, row.batch, step.asks, now).await?;
+        if step.waits {
+            let data =
+                json!({ "step": row.step, "restart": row.restart_index, "state": "waiting" });
+            note(&mut tx, &study, "restart", &data, now).await?;
+        }
         let mut step_ended = false;
         if step.done {
             let data = json!({ "step": row.step, "restart": row.restart_index, "state": "done", "summary": step.summary });
@@ -112,6 +118,116 @@ impl SqliteStore {
         }
         tx.commit().await.map_err(database(DOING))?;
         Ok(Saved::Yes { step_ended })
+    }
+
+    pub(crate) async fn idle_restart(
+        &self,
+        restart: RestartId,
+    ) -> Result<Option<Batch>, StoreError> {
+        let row = sqlx::query!(
+            r#"SELECT r.study AS "study!: String", r.step AS "step!: i64", r.restart_index AS "restart_index!: i64",
+                      r.version AS "version!: i64", r.machine AS "machine!: String",
+                      s.mixed_hardware AS "mixed_hardware!: i64", s.build, s.instruction_set
+               FROM restarts r JOIN studies s ON s.id = r.study
+               WHERE r.id = ? AND (r.waits = 1 OR r.state = 'done')"#,
+            restart.0
+        )
+        .fetch_optional(&self.readers)
+        .await
+        .map_err(database("read a restart"))?;
+        let Some(row) = row else { return Ok(None) };
+        Ok(Some(Batch {
+            restart,
+            study: StudyId(row.study),
+            step: row.step as usize,
+            index: row.restart_index as usize,
+            version: row.version,
+            machine: from_json("optimiser state", &row.machine)?,
+            outcomes: Vec::new(),
+            bound_to: if row.mixed_hardware == 0 {
+                row.build.zip(row.instruction_set)
+            } else {
+                None
+            },
+        }))
+    }
+
+    pub(crate) async fn reopen_restart(
+        &self,
+        step: NewStep,
+        untouched: &[usize],
+    ) -> Result<bool, StoreError> {
+        const DOING: &str = "bring a restart back";
+        let machine = to_json("optimiser state", &step.machine)?;
+        let summary = to_json("restart summary", &step.summary)?;
+        let state = if step.done { "done" } else { "running" };
+        let mut tx = self.write(DOING).await?;
+        let now = now_ms(&mut tx).await?;
+        let ended = step.done.then_some(now);
+        let row = sqlx::query!(
+            r#"UPDATE restarts SET machine = ?, summary = ?, state = ?, ended_ms = ?, waits = ?,
+                   version = version + 1, batch = batch + 1
+               WHERE id = ? AND version = ? AND state = 'done'
+                 AND (SELECT s.state FROM studies s WHERE s.id = restarts.study) IN ('queued', 'running', 'paused', 'done')
+               RETURNING study AS "study!: String", step AS "step!: i64",
+                   restart_index AS "restart_index!: i64", batch AS "batch!: i64",
+                   (SELECT s.state FROM studies s WHERE s.id = restarts.study) AS "study_state!: String""#,
+            machine,
+            summary,
+            state,
+            ended,
+            step.waits,
+            step.restart.0,
+            step.version
+        )
+        .fetch_optional(&mut *tx)
+        .await
+        .map_err(database(DOING))?;
+        let Some(row) = row else { return Ok(false) };
+        let study = StudyId(row.study);
+        for other in untouched {
+            let other = *other as i64;
+            let begun = sqlx::query_scalar!(
+                r#"SELECT COUNT(*) AS "begun!: i64" FROM steps WHERE study = ? AND step = ? AND state <> 'waiting'"#,
+                study.0,
+                other
+            )
+            .fetch_one(&mut *tx)
+            .await
+            .map_err(database(DOING))?;
+            // Nothing is committed.
+            if begun > 0 {
+                return Ok(false);
+            }
+        }
+        let reopened = sqlx::query!(
+            "UPDATE steps SET state = 'running', result = NULL, ended_ms = NULL
+             WHERE study = ? AND step = ? AND state = 'done'",
+            study.0,
+            row.step
+        )
+        .execute(&mut *tx)
+        .await
+        .map_err(database(DOING))?;
+        let data = json!({ "step": row.step, "restart": row.restart_index, "state": state, "resumed": true,
+            "summary": step.summary });
+        note(&mut tx, &study, "restart", &data, now).await?;
+        if reopened.rows_affected() > 0 {
+            let data = json!({ "step": row.step, "state": StepState::Running });
+            note(&mut tx, &study, "step", &data, now).await?;
+        }
+        if study_state(&row.study_state)? == StudyState::Done {
+            enter_state(&mut tx, &study, StudyState::Running, now).await?;
+        }
+        let owner = Owner {
+            study: &study,
+            restart: step.restart.0,
+            step: row.step,
+            restart_index: row.restart_index,
+        };
+        insert_asks(&mut tx, &owner, row.batch, step.asks, now).await?;
+        tx.commit().await.map_err(database(DOING))?;
+        Ok(true)
     }
 
     pub(crate) async fn known_results(
@@ -156,7 +272,7 @@ impl SqliteStore {
     pub(crate) async fn unstepped_restarts(&self) -> Result<Vec<RestartId>, StoreError> {
         let ids = sqlx::query_scalar!(
             r#"SELECT r.id AS "id!: i64" FROM restarts r JOIN studies s ON s.id = r.study
-               WHERE r.state = 'running' AND s.state IN ('queued', 'running', 'paused')
+               WHERE r.state = 'running' AND r.waits = 0 AND s.state IN ('queued', 'running', 'paused')
                  AND NOT EXISTS (SELECT 1 FROM evaluations e LEFT JOIN results a ON a.evaluation = e.id
                                  WHERE e.restart = r.id AND e.batch = r.batch AND a.evaluation IS NULL)
                ORDER BY r.id"#

@@ -207,10 +207,11 @@ pub async fn insert_asks(
             store_answer(tx, answer, now).await?;
         } else {
             sqlx::query!(
-                "INSERT INTO queue (evaluation, study, state, command, fence, attempt) VALUES (?, ?, 'ready', ?, 0, 0)",
+                "INSERT INTO queue (evaluation, study, state, command, fence, attempt, place) VALUES (?, ?, 'ready', ?, 0, 0, ?)",
                 id,
                 owner.study.0,
-                ask.command
+                ask.command,
+                ask.place
             )
             .execute(&mut **tx)
             .await

@@ -26,6 +26,7 @@ impl Asked<'_> {
             plan_base: Some(self.base.to_vec()),
             orientation: self.orientation,
             second_mesh: false,
+            fidelity: None,
             given: crate::study::Given::default(),
         };
         let outcome = evaluate(self.study, &request, &mut Unobserved);

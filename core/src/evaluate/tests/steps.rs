@@ -28,6 +28,7 @@ fn at(study: &Study, x: &[f64], given: &Given, want_gradient: bool) -> Outcome {
         plan_base: None,
         orientation: Some(Orientation::CounterClockwise),
         second_mesh: false,
+        fidelity: None,
         given: given.clone(),
     };
     let outcome = evaluate(study, &request, &mut Unobserved);

@@ -153,6 +153,12 @@ impl MeshPlan {
         self.cut(|elements| elements.div_ceil(2))
     }
 
+    /// The plan with this share of its elements across every strip, rounded up.
+    #[must_use]
+    pub fn coarsened(&self, share: f64) -> Self {
+        self.cut(|elements| (elements as f64 * share).ceil() as usize)
+    }
+
     /// Whether two plans have the same element kind, blocks and counts, so that one may stand in for the other.
     pub fn same_counts(&self, other: &Self) -> bool {
         let strips = |a: &[Strip], b: &[Strip]| {

@@ -4,6 +4,7 @@ mod constraints;
 mod graph;
 mod model;
 mod optimiser;
+mod race;
 mod restarts;
 mod step;
 mod study;

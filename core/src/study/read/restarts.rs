@@ -1,6 +1,7 @@
 //! Reads a step's starts.
 
 use super::optimiser::{Bounds, MAX_POINTS};
+use super::race::{Fidelities, read_competition};
 use crate::document::{Node, Object};
 use crate::optimiser::OptimiserOptions;
 use crate::study::spec::{LEAST_DISTANCE, Restarts, StartKind};
@@ -9,12 +10,14 @@ const MAX_DRAWN: usize = 10_000;
 const DRAWN: &str = "\"random\", \"latin_hypercube\" or \"sobol\"";
 const DEFAULT_SEED: u64 = 1;
 
-/// Reads `restarts`; a sweep has none. `of_unit`: the number of corner variables of a unit, `None` for a program.
+/// Reads `restarts`; a sweep has none. `of_unit`: the number of corner variables of a unit, `None` for a program. `fidelities`:
+/// what may be coarser on a rung of theirs.
 pub fn read_restarts(
     step: &Object<'_>,
     optimiser: Option<&OptimiserOptions>,
     of_unit: Option<usize>,
     bounds: Option<&Bounds>,
+    fidelities: Fidelities,
 ) -> Option<Restarts> {
     if matches!(optimiser, Some(OptimiserOptions::Sweep(_))) {
         if step.has("restarts") {
@@ -32,7 +35,16 @@ pub fn read_restarts(
         }
         return None;
     };
-    let object = node.object(&["start", "points", "count", "seed", "least_distance"])?;
+    let object = node.object(&[
+        "start",
+        "points",
+        "count",
+        "seed",
+        "least_distance",
+        "race",
+        "stop_dominated",
+        "merge_within",
+    ])?;
     let start = object
         .required("start")
         .and_then(|n| read_starts(&n, of_unit.is_some()));
@@ -64,12 +76,25 @@ pub fn read_restarts(
         None => Some(LEAST_DISTANCE),
     };
     let seed = object.or("seed", DEFAULT_SEED, Node::seed);
+    let competition = read_competition(&object, fidelities);
+    let is_sample = optimiser.is_some_and(OptimiserOptions::is_sample);
+    if is_sample && competition.as_ref().is_some_and(|c| !c.is_none()) {
+        for name in ["race", "stop_dominated", "merge_within"] {
+            if object.has(name) {
+                object.fault(
+                    name,
+                    "a random search leads nowhere: there is nothing to compare, nor an iteration to wait for",
+                );
+            }
+        }
+    }
     Some(Restarts {
         start: start?,
         points: points?,
         count: count?,
         seed: seed?,
         least_distance: least_distance?,
+        competition: competition?,
     })
 }
 

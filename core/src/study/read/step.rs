@@ -3,6 +3,7 @@
 use super::constraints::{read_chamber_constraints, read_counts};
 use super::model::{Kind, read_kind, read_model};
 use super::optimiser::read_optimiser;
+use super::race::Fidelities;
 use super::restarts::read_restarts;
 use super::takes::{MAX_KEEPS, read_place};
 use super::target::{read_end_of_unit, read_target};
@@ -11,6 +12,7 @@ use crate::document::{Node, Object};
 use crate::geometry::LayoutBoxes;
 use crate::optimiser::OptimiserOptions;
 use crate::scene::ContactMode;
+use crate::study::fidelity::allows_fewer_states;
 use crate::study::spec::{
     Budget, Model, Parametrisation, StepConstraints, StudyBody, StudyStep, Variables,
 };
@@ -160,7 +162,24 @@ pub fn read_step(
             "a layout is a discrete choice: \"sweep\" is what can make it",
         );
     }
-    let restarts = read_restarts(&step, optimiser.as_ref(), of_unit, bounds.as_ref());
+    let fewer_states = match (body, &target, &constraints) {
+        (Some(body), Some(target), Some(constraints)) => {
+            allows_fewer_states(body, target.as_ref(), constraints)
+        }
+        // Faults of the others are told; a rung is not to be one of them.
+        _ => true,
+    };
+    let fidelities = Fidelities {
+        mesh: chambers,
+        fewer_states: chambers && fewer_states,
+    };
+    let restarts = read_restarts(
+        &step,
+        optimiser.as_ref(),
+        of_unit,
+        bounds.as_ref(),
+        fidelities,
+    );
     let ends = read_budget_keeps(&step);
     let (budget, keeps) = ends?;
     let place = place?;

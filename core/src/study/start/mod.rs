@@ -12,6 +12,7 @@ use self::latin_hypercube::latin_hypercube;
 use self::sobol::Sobol;
 use self::space::{Found, StartSpace};
 use super::error::StudyError;
+use super::race::Competition;
 use super::result::is_false;
 use super::spec::{Restarts, StartKind, Study, StudyStep};
 use super::takes::{Given, StepInputs, TakenAs};
@@ -77,6 +78,7 @@ impl Restarts {
             count: 0,
             seed: 0,
             least_distance: 0.0,
+            competition: Competition::default(),
         }
     }
 

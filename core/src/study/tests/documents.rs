@@ -91,6 +91,7 @@ fn a_preset_is_overridden_field_by_field() {
         count: 0,
         seed: 1,
         least_distance: spec::LEAST_DISTANCE,
+        competition: race::Competition::default(),
     };
     assert_eq!(study, expected);
     assert_eq!(

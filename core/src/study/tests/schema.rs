@@ -114,6 +114,19 @@ fn what_reads_conforms() {
             "{optimiser}, resolved"
         );
     }
+    for restarts in [
+        r#"{"start": "random", "count": 2, "race": true, "stop_dominated": true, "merge_within": true}"#,
+        r#"{"start": "paper", "race": {"rungs": [{"evaluations": 8, "mesh": "coarse", "load_steps_per_leg": 4}], "eta": 2},
+            "stop_dominated": {"rule": "median"}, "merge_within": 0.02}"#,
+    ] {
+        let assignment = format!("step[0].restarts={restarts}");
+        let document = with(&example("asymmetric-bending"), &[&assignment]);
+        assert!(conforms(&schema, &document), "{restarts}");
+        assert!(
+            conforms(&schema, &study(&document).document()),
+            "{restarts}, resolved"
+        );
+    }
     for name in PRESETS {
         assert!(
             conforms(&schema, &preset(name).expect("a preset")),
@@ -151,6 +164,10 @@ fn what_does_not_conform_does_not_read() {
         "step[0].optimiser.max_iterations=0",
         "step[0].restarts.start=luck",
         "step[0].restarts.count=0",
+        "step[0].restarts.race=fast",
+        "step[0].restarts.race={\"eta\": 0}",
+        "step[0].restarts.stop_dominated.rule=luck",
+        "step[0].restarts.merge_within=0",
         "step[0].takes=[\"other\"]",
     ] {
         let document = with(
