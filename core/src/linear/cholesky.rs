@@ -121,9 +121,12 @@ impl Solver {
         })
     }
 
-    /// Whether the analysis has places for all these couplings.
+    /// Whether the analysis has places for all of these couplings that act.
     pub fn covers(&self, couplings: &[Coupling]) -> bool {
-        couplings.is_empty() || self.extension.as_ref().is_some_and(|e| e.covers(couplings))
+        match &self.extension {
+            Some(extension) => extension.covers(couplings),
+            None => couplings.iter().all(|c| c.values.is_none()),
+        }
     }
 
     /// Analyses a pattern anew with places for these couplings beside its own.

@@ -104,8 +104,10 @@ impl Extension {
         (start + self.row[start..end].partition_point(|r| *r < row)) as u32
     }
 
+    /// Whether those that act have places: the others keep theirs where they have one, and get one with the next that acts.
     pub fn covers(&self, couplings: &[Coupling]) -> bool {
-        couplings.iter().all(|c| self.places.contains_key(&c.key))
+        let mut acting = couplings.iter().filter(|c| c.values.is_some());
+        acting.all(|c| self.places.contains_key(&c.key))
     }
 
     /// Takes the values of the present couplings.
