@@ -273,6 +273,7 @@ impl<'a> Bench<'a> {
         let mut scene = self.scene.clone();
         scene.mesh.element = setting.element;
         scene.mesh.max_size_mm = setting.max_size_mm;
+        scene.mesh.mean_size_mm = None;
         scene.relative_residual_force_tolerance = setting.tolerance;
         scene.actuation.load_steps_per_leg = setting.load_steps_per_leg;
         let plan = match &scene.body {

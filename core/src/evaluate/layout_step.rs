@@ -8,7 +8,7 @@ use crate::equilibrium::Observer;
 use crate::geometry::cascade;
 use crate::geometry::units_of_design;
 use crate::reduced::{LinearTransform, area};
-use crate::scene::{ActuatorBody, Body, MeshRequest, Scene};
+use crate::scene::{ActuatorBody, Body, Scene};
 use crate::study::spec::{FeLayoutsModel, LayoutScore, Model, StudyBody};
 use crate::study::{
     EvaluationReport, EvaluationRequest, Outcome, OutcomeStatus, StateReport, Study, StudyError,
@@ -118,10 +118,7 @@ fn scene(body: &StudyBody, model: &FeLayoutsModel, x: &[f64]) -> Option<Scene> {
             actuator: chain,
         }),
         actuation: layout.schedule(&body.actuation),
-        mesh: MeshRequest {
-            element: model.fe.element,
-            max_size_mm: model.fe.max_size_mm,
-        },
+        mesh: model.fe.mesh(),
         contact: model.fe.contact,
         contact_activation_mm: model.fe.contact_activation_mm,
         obstacles: Vec::new(),

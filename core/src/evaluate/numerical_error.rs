@@ -254,7 +254,7 @@ pub fn own_plan(scene: &Scene) -> Result<MeshPlan, Faults> {
         return Err(fault("mesh_file", "has a mesh of its own".to_owned()));
     };
     let element = plan_element(scene.mesh.element);
-    MeshPlan::choose(&chain.actuator, element, scene.mesh.max_size_mm)
+    MeshPlan::choose(&chain.actuator, element, scene.mesh.size())
         .map_err(|why| fault("actuator", why.to_string()))
 }
 

@@ -15,7 +15,7 @@ use crate::material::MaterialLaw;
 use crate::mesh::{Discretisation, ElementKind, MappedMesh, build, gmsh, locate};
 use crate::objective::enclosed_area;
 use crate::objective::probe::ProbePoint;
-use crate::scene::{Body, ContactMode, ElementChoice, Goal, Scene};
+use crate::scene::{Body, ContactMode, ElementChoice, Goal, MeshRequest, Scene};
 use crate::study::OverlapReport;
 
 /// Radius of the averaging disc of the reported stretch, mm.
@@ -72,14 +72,13 @@ pub fn plan_element(choice: ElementChoice) -> PlanElement {
 pub fn mesh_actuator(
     actuator: &Actuator,
     plan: Option<&MeshPlan>,
-    choice: ElementChoice,
-    max_size_mm: Option<f64>,
+    request: &MeshRequest,
 ) -> Result<MappedMesh, InfeasibleGeometry> {
     match plan {
         Some(plan) => build(actuator, plan),
         None => build(
             actuator,
-            &MeshPlan::choose(actuator, plan_element(choice), max_size_mm)?,
+            &MeshPlan::choose(actuator, plan_element(request.element), request.size())?,
         ),
     }
 }
@@ -95,12 +94,7 @@ pub fn solve_scene(
 ) -> Result<SceneSolution, Faults> {
     let (body, laws, source, scaled) = match &scene.body {
         Body::Actuator(chain) => {
-            let built = mesh_actuator(
-                &chain.actuator,
-                options.plan.as_ref(),
-                scene.mesh.element,
-                scene.mesh.max_size_mm,
-            );
+            let built = mesh_actuator(&chain.actuator, options.plan.as_ref(), &scene.mesh);
             match built {
                 Ok(mesh) => {
                     let scaled = mesh.scaled_jacobian;

@@ -166,12 +166,7 @@ fn attempt(
             reason,
         }))
     };
-    let mesh = match mesh_actuator(
-        &chain.actuator,
-        plan.as_ref(),
-        scene.mesh.element,
-        scene.mesh.max_size_mm,
-    ) {
+    let mesh = match mesh_actuator(&chain.actuator, plan.as_ref(), &scene.mesh) {
         Ok(mesh) => mesh,
         Err(reason) => return infeasible(reason.to_string()),
     };

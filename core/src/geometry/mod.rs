@@ -18,6 +18,6 @@ pub use cascade::cascade;
 pub use chamber_layout::{Layout, LayoutBoxes};
 pub use design::{design_gradient, design_of_units, units_of_design};
 pub use obstacle::{Obstacle, Outline, Side};
-pub use plan::{ChamberPlan, MeshPlan, PlanElement, Station, Strip, UnitPlan};
+pub use plan::{ChamberPlan, MeshPlan, MeshSize, PlanElement, Station, Strip, UnitPlan};
 pub use rounding::Rounded;
 pub use unit::{Actuator, InfeasibleGeometry, Point, Unit};

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::actuation::ActuationCycle;
-use crate::geometry::{Actuator, Obstacle, Point};
+use crate::geometry::{Actuator, MeshSize, Obstacle, Point};
 use crate::material::MaterialLaw;
 
 pub use material::{material_document, read_material, read_per_unit};
@@ -149,6 +149,17 @@ pub struct MeshRequest {
     pub element: ElementChoice,
     /// No element edge longer than this; `None`: the size rule for 1 % of the tip displacement.
     pub max_size_mm: Option<f64>,
+    /// As many elements as squares of this side fill the solid, in place of a longest edge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_size_mm: Option<f64>,
+}
+
+impl MeshRequest {
+    /// How fine the mesh is asked for.
+    pub fn size(&self) -> MeshSize {
+        let mean = self.mean_size_mm.map(MeshSize::Mean);
+        mean.unwrap_or_else(|| self.max_size_mm.into())
+    }
 }
 
 /// Self-contact setting.

@@ -266,6 +266,10 @@ fn each_kind_of_fault_is_noted_at_its_path() {
         ("mesh.max_size_mm=0", "mesh.max_size_mm"),
         ("mesh.max_size_mm=1e-6", "mesh.max_size_mm"),
         ("mesh.size=1", "mesh.size"),
+        (
+            "mesh={\"max_size_mm\": 3, \"mean_size_mm\": 3}",
+            "mesh.mean_size_mm",
+        ),
         ("contact=perhaps", "contact"),
         ("contact_activation_mm=0", "contact_activation_mm"),
         ("contact_activation_mm=-1", "contact_activation_mm"),

@@ -167,14 +167,28 @@ pub fn read_max_size(node: &Node<'_>, area_mm2: Option<f64>) -> Option<f64> {
     Some(size)
 }
 
+/// Faults both of the two ways to give a size.
+pub fn expect_one_size(object: &Object<'_>) {
+    let given = |name| object.nullable(name).is_some();
+    if given("max_size_mm") && given("mean_size_mm") {
+        object.fault(
+            "mean_size_mm",
+            "either max_size_mm or mean_size_mm, not both",
+        );
+    }
+}
+
 fn read_mesh_request(node: &Node<'_>, actuator: Option<&Actuator>) -> Option<MeshRequest> {
-    let object = node.object(&["element", "max_size_mm"])?;
+    let object = node.object(&["element", "max_size_mm", "mean_size_mm"])?;
     let area = actuator.map(|a| a.unit_mm[0] * a.unit_mm[1] * a.units.len() as f64);
     let element = object.or("element", ElementChoice::Auto, read_element);
     let max_size_mm = object.optional("max_size_mm", |n| read_max_size(n, area));
+    let mean_size_mm = object.optional("mean_size_mm", |n| read_max_size(n, area));
+    expect_one_size(&object);
     Some(MeshRequest {
         element: element?,
         max_size_mm: max_size_mm?,
+        mean_size_mm: mean_size_mm?,
     })
 }
 

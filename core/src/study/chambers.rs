@@ -66,7 +66,7 @@ impl Study {
             ElementChoice::Quad4 => PlanElement::Quad4,
             ElementChoice::Auto | ElementChoice::Quad9 => PlanElement::Quad9,
         };
-        Ok(MeshPlan::choose(&actuator, element, model.max_size_mm).ok())
+        Ok(MeshPlan::choose(&actuator, element, model.mesh().size()).ok())
     }
 
     /// Whether the plan of the base may stay in use for an iterate: it gives the same element counts, or no corner has

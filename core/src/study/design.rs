@@ -11,7 +11,7 @@ use super::spec::{
 use crate::fault::Faults;
 use crate::geometry::{Actuator, LayoutBoxes, Point, cascade, units_of_design};
 use crate::scene::measure::{Bound, Goal, Measure};
-use crate::scene::{ActuatorBody, Body, MeshRequest, Orientation, Probe, Scene};
+use crate::scene::{ActuatorBody, Body, Orientation, Probe, Scene};
 
 /// Name of a target's probe in the scenes of a study.
 pub const TIP: &str = "tip";
@@ -271,10 +271,7 @@ impl Study {
                 actuator,
             }),
             actuation: body.actuator.layout.schedule(&body.actuation),
-            mesh: MeshRequest {
-                element: model.element,
-                max_size_mm: model.max_size_mm,
-            },
+            mesh: model.mesh(),
             contact: model.contact,
             contact_activation_mm: model.contact_activation_mm,
             obstacles: Vec::new(),

@@ -105,7 +105,7 @@ fn paper() -> Value {
             "model": {
                 "kind": "fe_cascade",
                 "element": "quad4",
-                "max_size_mm": 0.9,
+                "mean_size_mm": 0.9,
                 "relative_residual_force_tolerance": 0.1,
                 "contact": "auto"
             },

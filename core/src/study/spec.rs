@@ -15,7 +15,7 @@ use crate::material::{MaterialLaw, records};
 use crate::optimiser::OptimiserOptions;
 use crate::reduced::LinearTransform;
 use crate::scene::measure::{Bound, Goal, Measure};
-use crate::scene::{ContactMode, ElementChoice, Orientation, material_document};
+use crate::scene::{ContactMode, ElementChoice, MeshRequest, Orientation, material_document};
 
 /// A study whose document had no fault.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -199,6 +199,9 @@ pub struct FeModel {
     pub element: ElementChoice,
     /// No element edge longer than this; `None`: the size rule for 1 % of the tip displacement.
     pub max_size_mm: Option<f64>,
+    /// As many elements as squares of this side fill the solid, in place of a longest edge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean_size_mm: Option<f64>,
     /// A state is accepted when its largest free nodal residual is below this times the largest nodal force.
     pub relative_residual_force_tolerance: f64,
     /// Self-contact.
@@ -208,6 +211,17 @@ pub struct FeModel {
     /// The error for which element and size are chosen, where the document asks for that.
     #[serde(rename = "mesh", skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<MeshAccuracy>,
+}
+
+impl FeModel {
+    /// The mesh that a scene of this model asks for.
+    pub(crate) fn mesh(&self) -> MeshRequest {
+        MeshRequest {
+            element: self.element,
+            max_size_mm: self.max_size_mm,
+            mean_size_mm: self.mean_size_mm,
+        }
+    }
 }
 
 /// Element and size chosen for an error.

@@ -106,6 +106,13 @@ pub fn fitness(rows_kpa: &[Vec<f64>], units: usize) -> Fitness {
     }
 }
 
+/// The fewest units that are fit for a schedule, of `whole` at most; all of them where none are, or where nothing was measured.
+pub fn fewest_fit(rows_kpa: &[Vec<f64>], whole: usize) -> usize {
+    let fit = |units: &usize| matches!(fitness(rows_kpa, *units), Fitness::Fit(_));
+    let few = MEASURED.iter().map(|m| m.units).filter(|n| *n < whole);
+    few.filter(fit).min().unwrap_or(whole)
+}
+
 /// The measured schedule that rows follow, in either order of the channels and in either direction.
 fn name_of(rows_kpa: &[Vec<f64>]) -> Option<&'static str> {
     let largest = rows_kpa.iter().flatten().fold(0.0, |m: f64, p| m.max(*p));

@@ -104,6 +104,25 @@ pub struct UnitPlan {
     pub chambers: Vec<ChamberPlan>,
 }
 
+/// How fine a plan is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum MeshSize {
+    /// By the size rule for 1 % of the tip displacement.
+    #[default]
+    Rule,
+    /// No element edge longer than this, mm.
+    Longest(f64),
+    /// As many elements as squares of this side fill the solid, mm.
+    Mean(f64),
+}
+
+impl From<Option<f64>> for MeshSize {
+    /// A longest edge, or the rule.
+    fn from(longest: Option<f64>) -> Self {
+        longest.map_or(Self::Rule, Self::Longest)
+    }
+}
+
 /// The frozen part of a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeshPlan {
@@ -118,14 +137,13 @@ pub struct MeshPlan {
 }
 
 impl MeshPlan {
-    /// Chooses a plan for a design: by the size rule for 1 % of the tip displacement, or with no element edge longer than
-    /// `max_size_mm` at this design.
+    /// Chooses a plan for a design.
     pub fn choose(
         actuator: &Actuator,
         element: PlanElement,
-        max_size_mm: Option<f64>,
+        size: impl Into<MeshSize>,
     ) -> Result<Self, InfeasibleGeometry> {
-        layout::choose(actuator, element, max_size_mm)
+        layout::choose(actuator, element, size.into())
     }
 
     /// The plan with every element split into `factor` by `factor`; its mesh is nested in this one's.

@@ -5,14 +5,15 @@ use crate::geometry::Layout;
 use crate::reduced::LinearTransform;
 use crate::scene::actuator::MAX_UNITS;
 use crate::scene::validate::{
-    DEFAULT_ACTIVATION_MM, DEFAULT_TOLERANCE, read_activation, read_contact, read_element,
-    read_max_size, read_tolerance,
+    DEFAULT_ACTIVATION_MM, DEFAULT_TOLERANCE, expect_one_size, read_activation, read_contact,
+    read_element, read_max_size, read_tolerance,
 };
 use crate::scene::{ContactMode, ElementChoice};
 use crate::study::spec::{
     AccuracyDesign, ChosenMesh, CommandModel, FeLayoutsModel, FeModel, LayoutScore, MeshAccuracy,
     Model, ReducedModel, StudyBody, StudyMaterials,
 };
+use crate::study::surrogate::fewest_fit;
 
 const MAX_ARGUMENTS: usize = 1000;
 const MAX_TIME_LIMIT_S: f64 = 1e6;
@@ -69,7 +70,13 @@ pub fn read_model(
 }
 
 /// The number of units of a step, which is at most that of the actuator.
+/// A number of units, or "fit": the fewest whose area may stand for that of the whole actuator.
 fn read_units(n: &Node<'_>, body: Option<&StudyBody>) -> Option<usize> {
+    if n.value().as_str() == Some("fit") {
+        let body = body?;
+        let rows = &body.actuation.rows_kpa;
+        return Some(fewest_fit(rows, body.actuator.units));
+    }
     let units = n.count(1, MAX_UNITS)?;
     let Some(body) = body else {
         return Some(units);
@@ -140,6 +147,7 @@ fn read_finite_elements(
         "kind",
         "element",
         "max_size_mm",
+        "mean_size_mm",
         "relative_residual_force_tolerance",
         "contact",
         "contact_activation_mm",
@@ -157,6 +165,8 @@ fn read_finite_elements(
     });
     let element = object.or("element", ElementChoice::Auto, read_element);
     let max_size_mm = object.optional("max_size_mm", |n| read_max_size(n, area));
+    let mean_size_mm = object.optional("mean_size_mm", |n| read_max_size(n, area));
+    expect_one_size(object);
     let tolerance = object.or(
         "relative_residual_force_tolerance",
         DEFAULT_TOLERANCE,
@@ -169,19 +179,22 @@ fn read_finite_elements(
         read_activation,
     );
     let accuracy = object.optional("mesh", read_accuracy);
-    if let Some(Some(MeshAccuracy { chosen: None, .. })) = &accuracy
-        && object.nullable("max_size_mm").is_some()
-    {
-        object.fault(
-            "max_size_mm",
-            "mesh.error chooses it: either of the two, not both",
-        );
+    if let Some(Some(MeshAccuracy { chosen: None, .. })) = &accuracy {
+        for name in ["max_size_mm", "mean_size_mm"] {
+            if object.nullable(name).is_some() {
+                object.fault(
+                    name,
+                    "mesh.error chooses the size: either of the two, not both",
+                );
+            }
+        }
     }
     Some(FeModel {
         units: units?,
         accuracy: accuracy?,
         element: element?,
         max_size_mm: max_size_mm?,
+        mean_size_mm: mean_size_mm?,
         relative_residual_force_tolerance: tolerance?,
         contact: contact?,
         contact_activation_mm: activation?,

@@ -81,8 +81,16 @@ fn reader<'a>(
     }
 }
 
+/// A place, or "tip": the middle of the right edge of the last unit but one, since the end face itself bulges.
+///
 /// A probe stays in the solid whatever the design, so it lies in no chamber's domain.
 fn read_probe(node: &Node<'_>, body: Option<&StudyBody>) -> Option<Point> {
+    if node.value().as_str() == Some("tip") {
+        let actuator = &body?.actuator;
+        let [w, h] = actuator.unit_mm;
+        let before_last = (actuator.units - 1).max(1) as f64;
+        return Some([before_last * w, 0.5 * h]);
+    }
     let probe = node.pair()?;
     let Some(body) = body else {
         return Some(probe);

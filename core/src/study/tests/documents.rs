@@ -54,6 +54,33 @@ fn examples_read_and_resolve_to_documents_that_read_back() {
 }
 
 #[test]
+fn the_fewest_fit_units_and_their_tip_follow_from_the_schedule() {
+    let mut document = example("asymmetric-bending");
+    document["actuator"]["units"] = json!(9);
+    document["step"][0]["model"]["units"] = json!("fit");
+    document["step"][0]["target"]["probe_mm"] = json!("tip");
+    // Five units are fit for `swap` alone; a schedule that was not measured has all nine.
+    for (schedule, units) in [
+        (json!("hold"), 9),
+        (json!("swap"), 5),
+        (json!("overlap"), 9),
+        (json!([[0, 0], [15, 5], [5, 15], [0, 0]]), 9),
+    ] {
+        document["actuation"]["schedule"] = schedule.clone();
+        if schedule.is_array()
+            && let Some(fields) = document["actuation"].as_object_mut()
+        {
+            fields.remove("pressure_kpa");
+        }
+        let study = study(&document);
+        assert_eq!(study.steps[0].model.units(), Some(units), "{schedule}");
+        let resolved = study.document();
+        let tip = json!([80.0 * (units - 1) as f64, 40.0]);
+        assert_eq!(resolved["step"][0]["target"]["probe_mm"], tip, "{schedule}");
+    }
+}
+
+#[test]
 fn examples_say_what_the_presets_say() {
     for (preset, file) in [
         ("paper", "paper-hierarchical"),

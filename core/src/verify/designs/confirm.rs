@@ -39,7 +39,7 @@ pub fn confirm(scene: &Scene, limit: &Limit, clock: &mut dyn CpuClock) -> Confir
     again.actuation.load_steps_per_leg = STEPS;
     let plan = match &scene.body {
         Body::Actuator(chain) => {
-            MeshPlan::choose(&chain.actuator, PlanElement::Quad9, scene.mesh.max_size_mm)
+            MeshPlan::choose(&chain.actuator, PlanElement::Quad9, scene.mesh.size())
                 .ok()
                 .map(|plan| plan.refined(2))
         }

@@ -3,8 +3,9 @@
 use super::super::*;
 use super::meshes::check;
 use super::shapes::{named, paper_unit, slanted};
-use crate::geometry::LayoutBoxes;
+use crate::geometry::polygon::signed_area;
 use crate::geometry::samples::Stratum;
+use crate::geometry::{LayoutBoxes, MeshSize};
 
 #[test]
 fn a_plan_follows_other_designs() {
@@ -31,6 +32,23 @@ fn a_largest_size_holds_for_every_edge() {
                 "{name}: {} mm",
                 mesh.longest_edge_mm
             );
+        }
+    }
+}
+
+#[test]
+fn a_mean_size_fills_the_solid_with_squares() {
+    for (name, actuator) in named() {
+        let chambers = actuator.units.iter().flat_map(|unit| &unit.chambers_mm);
+        let cavities: f64 = chambers.map(|corners| signed_area(corners)).sum();
+        let [w, h] = actuator.unit_mm;
+        let solid = w * h * actuator.units.len() as f64 - cavities;
+        // A mesh has at least what its smallest chamber and its walls ask for, so nothing coarse.
+        for (side, most) in [(1.5, 2.0), (0.9, 1.3)] {
+            let plan =
+                MeshPlan::choose(&actuator, PlanElement::Quad4, MeshSize::Mean(side)).unwrap();
+            let ratio = plan.elements() as f64 / (solid / (side * side));
+            assert!((1.0..most).contains(&ratio), "{name}, {side} mm: {ratio}");
         }
     }
 }
