@@ -67,7 +67,13 @@ fn the_rod_needs_two_channels_and_a_grid() {
     for (arguments, path) in [
         (&["--rod", "4"][..], "rod"),
         (
-            &["--rod", "--set", "actuation.schedule=ramp"],
+            &[
+                "--rod",
+                "--set",
+                "actuation.schedule=ramp",
+                "--set",
+                "actuator.chambers_mm=[[[20, 10], [60, 10], [60, 34], [20, 34]]]",
+            ],
             "actuation.schedule",
         ),
     ] {
