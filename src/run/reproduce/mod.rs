@@ -1,40 +1,17 @@
-//! `salp reproduce paper`: both methods of the paper as the paper ran them and as Salp does, its Table 3 and lookalikes of its
-//! Figs. 4, 7, 8 and 10 from our own runs, and what differs. Interrupted, the same command goes on where it was.
+//! `salp reproduce`: what others have claimed or left open, by our own runs.
 
-mod arms;
+mod paper;
+mod question;
 mod realised;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
-use salp_core::picture::{Scale, ScatterPicture, ScatterSeries};
-use salp_core::scene::Scene;
-use salp_protocol::{BandCounts, Curve, StudyState, csv};
-use serde_json::{Value, json};
 
-use super::document::Results;
-use super::{Ended, Setting, interrupted, steps, winner};
+use super::{Setting, interrupted};
 use crate::failure::Failure;
-use crate::numbers::Numbers;
-use crate::output::{Output, note, number, table, write_file};
+use crate::output::Output;
 use crate::parallel::cores;
-use arms::{Arm, arms};
-use realised::{Reach, Realised, passes, reach, realise};
-
-/// The paper's headline areas, mm^2.
-const HEADLINES: [f64; 2] = [843.0, 342.0];
-
-/// What differs from the paper and why.
-const DIFFERENCES: &[&str] = &[
-    "solver: Salp's own elements and Newton method in place of Marc; quad4 has mean dilatation, not reduced integration with Herrmann's formulation",
-    "optimiser: MMFD follows DOT's published rules and defaults; it is not DOT",
-    "material: the paper gives no constants; the record mold-star-30 comes from the data sheet's 100 % modulus, without test data",
-    "which chamber is driven first is not said in the paper: both orders are run",
-    "contact: a smooth potential without friction that acts within 0.2 mm, in place of Marc's",
-    "the paper's areas are most likely those of different models (three and nine units): methods are compared on the nine-unit columns alone",
-    "times are CPU seconds of this machine; no ratio to the paper's hours means anything",
-];
 
 /// Arguments of `salp reproduce`.
 #[derive(Args)]
@@ -48,376 +25,73 @@ pub struct Reproduce {
     /// Worker processes [default: one per core]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     workers: Option<u16>,
-    /// Folder of the results [default: salp-out/reproduce-paper, with -quick]
+    /// Folder of the results [default: salp-out/reproduce-WHAT, with -quick]
     #[arg(long)]
     out: Option<PathBuf>,
     /// Starts over: removes what earlier runs left in the folder
     #[arg(long)]
     fresh: bool,
+    /// Of the question: starts of every arm [default: 20; quick 4]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(2..=1000))]
+    starts: Option<u16>,
+    /// Of the question: only these arms
+    #[arg(long, value_delimiter = ',', value_name = "ID,ID")]
+    arms: Vec<String>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum What {
     /// Ligthart and Venter, Math. Comput. Appl. 2023, 28(2), 47
     Paper,
-}
-
-/// A study that has ended, with its winner on nine units.
-struct Row {
-    arm: Arm,
-    results: Results,
-    realised: Option<Realised>,
-    winner: Option<Scene>,
+    /// Whether the hierarchy still pays when gradients are nearly free (docs/open-question.md)
+    Question,
 }
 
 impl Reproduce {
     /// Runs what has not ended yet, then draws and prints.
     pub fn run(self, output: Output) -> Result<(), Failure> {
-        let What::Paper = self.what;
         let interrupted = interrupted()?;
-        let out = self.out.clone().unwrap_or_else(|| {
-            let name = if self.quick {
-                "reproduce-paper-quick"
-            } else {
-                "reproduce-paper"
-            };
-            PathBuf::from("salp-out").join(name)
-        });
-        let threads = self.workers.map_or_else(cores, usize::from);
         let setting = Setting {
-            workers: threads,
+            workers: self.workers.map_or_else(cores, usize::from),
             fresh: self.fresh,
             known: None,
             numerical_error: false,
             programs: None,
         };
-        let mut rows = Vec::new();
-        for arm in arms(self.quick)? {
-            note(&format!("study {}: {}", arm.id, arm.title));
-            rows.push(self.row(arm, &setting, &out, &interrupted)?);
-        }
-        let report = self.report(&rows, &out, threads)?;
-        output.print(&report.0, || report.1.clone());
-        Ok(())
-    }
-
-    fn row(
-        &self,
-        arm: Arm,
-        setting: &Setting,
-        out: &Path,
-        interrupted: &AtomicBool,
-    ) -> Result<Row, Failure> {
-        let folder = out.join(arm.id);
-        let ended: Ended = setting.carry_out(&arm.study, folder.clone(), interrupted)?;
-        if ended.state == StudyState::Paused {
-            return Err(Failure::Paused);
-        }
-        let winner = winning_scene(&arm, &ended.results);
-        let realised = match &winner {
-            Some(scene) => {
-                note(&format!("{}: its winner on nine units", arm.id));
-                realise(&format!("{} on nine units", arm.title), scene, self.quick)?
-            }
-            None => None,
+        let name = match self.what {
+            What::Paper => "reproduce-paper",
+            What::Question => "reproduce-question",
         };
-        if let Some(svg) = realised.as_ref().and_then(|r| r.svg.as_ref()) {
-            write_file(&out.join(format!("fig-8-{}.svg", arm.id)), svg)?;
-        }
-        Ok(Row {
-            arm,
-            results: ended.results,
-            realised,
-            winner,
-        })
-    }
-
-    fn report(&self, rows: &[Row], out: &Path, threads: usize) -> Result<(Value, String), Failure> {
-        copy(out, "hfm-salp/report/steps/motion.svg", "fig-4.svg")?;
-        copy(out, "hfm-salp/report/hierarchy.svg", "fig-3.svg")?;
-        copy(
-            out,
-            "hfm-salp/report/steps/three-units.svg",
-            "fig-7-hfm-salp.svg",
-        )?;
-        for id in ["hfm-paper-upper", "hfm-paper-lower"] {
-            copy(
-                out,
-                &format!("{id}/report/best.svg"),
-                &format!("fig-7-{id}.svg"),
-            )?;
-        }
-        write_file(&out.join("fig-10.svg"), &self.fig_10(rows))?;
-        write_file(&out.join("fig-10.csv"), &csv::curve(&all_curves(rows)))?;
-        let table_3 = table_3(rows);
-        let results = results(rows);
-        write_file(&out.join("table-3.txt"), &table_3)?;
-        let best = rows.iter().find(|row| row.arm.id == "hfm-salp");
-        let reached = match best.and_then(|row| row.winner.as_ref()) {
-            Some(scene) => reach(scene, self.quick, threads)?,
-            None => Vec::new(),
-        };
-        let mut lines = vec![
-            "The paper's methods, by our own runs".to_owned(),
-            self.said(),
-            format!("Table 3 from our studies:\n{table_3}"),
-            format!(
-                "Results (areas in mm\u{b2}, counter-clockwise positive; every winner on nine units with quad9, contact and a tolerance of 1e-8):\n{results}"
-            ),
-        ];
-        lines.extend(reachable(&reached));
-        lines.extend(
-            best.and_then(|row| row.winner.as_ref())
-                .map(Numbers::of)
-                .iter()
-                .flat_map(Numbers::lines),
-        );
-        lines.push(format!("machine: {}", machine()));
-        lines.push(format!(
-            "what differs from the paper:\n- {}",
-            DIFFERENCES.join("\n- ")
-        ));
-        lines.push(format!("figures, tables and studies in {}", out.display()));
-        let text = lines.join("\n");
-        write_file(&out.join("summary.txt"), &format!("{text}\n"))?;
-        let document = json!({
-            "status": "ok",
-            "quick": self.quick,
-            "studies": rows.iter().map(row_document).collect::<Vec<_>>(),
-            "reach": reached,
-            "differences": DIFFERENCES,
-            "machine": machine(),
-            "folder": out.display().to_string(),
-        });
-        let pretty = serde_json::to_string_pretty(&document).unwrap_or_default();
-        write_file(&out.join("summary.json"), &pretty)?;
-        Ok((document, text))
-    }
-
-    /// Run time against area, best so far, all studies on one axis. Logarithmic: from voids of 1 x 1 mm areas grow by orders of magnitude.
-    fn fig_10(&self, rows: &[Row]) -> String {
-        let series = rows.iter().map(|row| {
-            let step = main_step(&row.arm);
-            let mut points: Vec<([f64; 2], String)> = Vec::new();
-            for best in row
-                .results
-                .curve
-                .best
-                .iter()
-                .filter(|b| b.point.step == step)
-            {
-                let area = best.point.best.map_or(0.0, |objective| -objective);
-                // A best so far stands until the next one.
-                if let Some((last, _)) = points.last().cloned() {
-                    points.push(([best.point.t_s, last[1]], String::new()));
+        let quick = if self.quick { "-quick" } else { "" };
+        let folder = || Path::new("salp-out").join(format!("{name}{quick}"));
+        let out = self.out.clone().unwrap_or_else(folder);
+        let (document, text) = match self.what {
+            What::Paper => {
+                if self.starts.is_some() || !self.arms.is_empty() {
+                    let path = if self.starts.is_some() {
+                        "--starts"
+                    } else {
+                        "--arms"
+                    };
+                    return Err(Failure::fault(path, "belongs to salp reproduce question"));
                 }
-                points.push(([best.point.t_s, area], String::new()));
+                paper::Reproduction {
+                    quick: self.quick,
+                    setting: &setting,
+                    out: &out,
+                }
+                .run(&interrupted)?
             }
-            points.retain(|(p, _)| p[0] > 0.0 && p[1] > 0.0);
-            ScatterSeries {
-                label: row.arm.title.to_owned(),
-                points,
-                joined: true,
+            What::Question => question::Question {
+                quick: self.quick,
+                starts: self.starts.map(usize::from),
+                only: &self.arms,
+                setting: &setting,
+                out: &out,
             }
-        });
-        ScatterPicture {
-            title: "HFm and Dm: best area so far against CPU time".into(),
-            x_label: "CPU time of the study (s)".into(),
-            y_label: "best feasible area so far (mm\u{b2})".into(),
-            scales: [Scale::Logarithmic; 2],
-            series: series.collect(),
-            level: None,
-            caption: vec![
-                "Each method by its own objective: three units (tip at x = 160 mm) for HFm, nine (x = 640 mm) for Dm; compare methods by the table. Areas of the wrong sign, below 0, have no place.".to_owned(),
-                self.said(),
-            ],
-        }
-        .svg()
-    }
-
-    fn said(&self) -> String {
-        if self.quick {
-            "QUICK: coarse meshes, two load steps a leg, few iterations, small budgets; the numbers are those of such a run".to_owned()
-        } else {
-            "full settings".to_owned()
-        }
-    }
-}
-
-/// The best design that the method hands on: that of the three-unit step for the framework, of the last step else.
-fn winning_scene(arm: &Arm, results: &Results) -> Option<Scene> {
-    let step = main_step(arm);
-    let best = results.view.steps.get(step)?.best.as_ref()?;
-    let study = steps::as_given(&arm.study, results, step);
-    Some(winner::scene(&study, results, step, best)?.0)
-}
-
-/// The step in which a method's corners are optimised.
-fn main_step(arm: &Arm) -> usize {
-    arm.study.index_of("three-units").unwrap_or(0)
-}
-
-/// All studies' restarts, each study as a step of one curve.
-fn all_curves(rows: &[Row]) -> Curve {
-    let mut all = Curve {
-        axis: salp_protocol::Axis::Cpu,
-        restarts: Vec::new(),
-        best: Vec::new(),
-        bands: BandCounts::default(),
-    };
-    for (k, row) in rows.iter().enumerate() {
-        let step = main_step(&row.arm);
-        for restart in row.results.curve.restarts.iter().filter(|r| r.step == step) {
-            let mut restart = restart.clone();
-            restart.step = k;
-            all.restarts.push(restart);
-        }
-    }
-    all
-}
-
-/// Table 3 of the paper: variables, constraints (aggregates and rows), side constraints, size of the analysis.
-fn table_3(rows: &[Row]) -> String {
-    let line = |row: &Row| {
-        let study = &row.arm.study;
-        let step = main_step(&row.arm);
-        let variables = study.variables(step).map_or(0, |v| v.lower.len());
-        let constraints = study.constraint_count(step).unwrap_or(0);
-        let whole = study.body.as_ref().map_or(1, |body| body.actuator.units);
-        let units = study.steps[step].model.units().unwrap_or(whole);
-        vec![
-            row.arm.title.to_owned(),
-            variables.to_string(),
-            format!("{} ({constraints} rows)", kinds(study, step)),
-            (2 * variables).to_string(),
-            if units == 9 {
-                "full".to_owned()
-            } else {
-                format!("{units}/9")
-            },
-        ]
-    };
-    let lines: Vec<Vec<String>> = rows.iter().map(line).collect();
-    let header = [
-        "method",
-        "design variables",
-        "constraints",
-        "side constraints",
-        "FE size",
-    ];
-    table(&header, &lines)
-}
-
-/// Kinds of constraints: the paper counts each as one.
-fn kinds(study: &salp_core::study::Study, step: usize) -> usize {
-    use salp_core::study::spec::{StepConstraints, StretchLimit};
-    match &study.steps[step].constraints {
-        StepConstraints::Chambers(c) => {
-            let stretch = usize::from(c.stretch != StretchLimit::Off);
-            let margin = stretch * usize::from(c.load_margin.number().is_some());
-            2 + stretch + margin + usize::from(c.wall_gap_mm.number().is_some())
-        }
-        StepConstraints::Counts { .. } => 0,
-    }
-}
-
-fn cost(row: &Row) -> (usize, f64) {
-    let paid = row
-        .results
-        .ledger
-        .iter()
-        .filter(|r| r.cached_from.is_none());
-    let seconds = paid.clone().filter_map(|r| r.cpu_s).sum();
-    let fe = paid.filter(|r| {
-        let model = row.arm.study.steps.get(r.step).map(|s| &s.model);
-        model.is_none_or(|model| model.reduced().is_none())
-    });
-    (fe.count(), seconds)
-}
-
-fn results(rows: &[Row]) -> String {
-    let line = |row: &Row| {
-        let step = main_step(&row.arm);
-        let own = row
-            .results
-            .view
-            .steps
-            .get(step)
-            .and_then(|s| s.best.as_ref());
-        let (fe, cpu_s) = cost(row);
-        let realised = row.realised.as_ref();
-        let areas = realised.and_then(|r| r.areas_mm2);
-        vec![
-            row.arm.title.to_owned(),
-            fe.to_string(),
-            number(Some(cpu_s)),
-            number(own.map(|best| best.objective)),
-            number(realised.and_then(|r| r.three_units_mm2)),
-            number(areas.map(|a| a[0])),
-            number(areas.map(|a| a[1])),
-            number(realised.map(|r| r.max_stretch)),
-        ]
-    };
-    let lines: Vec<Vec<String>> = rows.iter().map(line).collect();
-    let header = [
-        "method",
-        "FE",
-        "CPU s",
-        "own objective",
-        "3 units",
-        "9, x = 640",
-        "9, x = 720",
-        "stretch on 9",
-    ];
-    table(&header, &lines)
-}
-
-/// In which p/mu the paper's areas are reached at all by the design that was found: an inference, not the paper's setting.
-fn reachable(reached: &[Reach]) -> Vec<String> {
-    HEADLINES
-        .iter()
-        .map(|area| {
-            let said = |p: Option<f64>| p.map_or("at none of the p/mu looked at".to_owned(), |p| format!("from p/mu = {p:.4}"));
-            format!(
-                "inference: the design of HFm in Salp's settings encloses {area} mm\u{b2} {} on three units (x = 160) and {} on nine (x = 640)",
-                said(passes(reached, |r| r.three_units_mm2, *area)),
-                said(passes(reached, |r| r.nine_units_mm2, *area)),
-            )
-        })
-        .collect()
-}
-
-fn row_document(row: &Row) -> Value {
-    let (fe, cpu_s) = cost(row);
-    json!({
-        "id": row.arm.id,
-        "title": row.arm.title,
-        "direct": row.arm.direct,
-        "ours": row.arm.ours,
-        "state": row.results.view.state,
-        "fe_analyses": fe,
-        "cpu_s": cpu_s,
-        "realised": row.realised,
-    })
-}
-
-fn machine() -> String {
-    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = cpu.lines().find_map(|line| line.strip_prefix("model name"));
-    let model = model.map_or("unknown processor", |m| {
-        m.trim_start_matches([' ', '\t', ':'])
-    });
-    format!(
-        "{model}, {} cores; {}",
-        cores(),
-        salp_worker::identity::instruction_set()
-    )
-}
-
-/// Copies a figure that a study's report has; one that is not there is left out.
-fn copy(out: &Path, from: &str, to: &str) -> Result<(), Failure> {
-    match std::fs::read_to_string(out.join(from)) {
-        Ok(text) => write_file(&out.join(to), &text),
-        Err(_) => Ok(()),
+            .run(&interrupted)?,
+        };
+        output.print(&document, || text);
+        Ok(())
     }
 }

@@ -13,8 +13,8 @@ use crate::parallel::in_parallel;
 use crate::shape::picture;
 
 /// Units of the whole actuator, and the ends whose areas are compared.
-const WHOLE: usize = 9;
-const TIPS: [usize; 2] = [8, 9];
+pub const WHOLE: usize = 9;
+pub const TIPS: [usize; 2] = [8, 9];
 /// Longest element edge of a quick reproduction, mm.
 pub const QUICK_SIZE_MM: f64 = 12.0;
 /// Pressures at which reachability is looked at, in shares of the study's.
@@ -39,16 +39,18 @@ pub struct Realised {
 }
 
 /// A design's scene on a number of units, in Salp's settings; its free units stay where there are as many. `None` of a mesh file.
-fn on(scene: &Scene, units: usize, quick: bool) -> Option<Scene> {
+pub fn on(scene: &Scene, units: usize, quick: bool) -> Option<Scene> {
     let mut scene = scene.clone();
     let Body::Actuator(body) = &mut scene.body else {
         return None;
     };
     let width = body.actuator.unit_mm[0];
-    let middle = 0.5 * body.actuator.unit_mm[1];
+    let height = body.actuator.unit_mm[1];
     if body.actuator.units.len() != units {
-        let unit = body.actuator.units.first()?.clone();
-        let law = *body.materials.first()?;
+        // Of units that differ the one in the middle, which has neighbours on both sides as most of the whole have.
+        let middle = body.actuator.units.len() / 2;
+        let unit = body.actuator.units.get(middle)?.clone();
+        let law = *body.materials.get(middle)?;
         body.actuator.units = vec![unit; units];
         body.materials = vec![law; units];
         body.actuator.repeated = true;
@@ -58,12 +60,13 @@ fn on(scene: &Scene, units: usize, quick: bool) -> Option<Scene> {
         .iter()
         .map(|unit| Probe {
             name: format!("unit-{unit}"),
-            at_mm: [*unit as f64 * width, middle],
+            at_mm: [*unit as f64 * width, 0.5 * height],
         })
         .collect();
     scene.objective = None;
     scene.mesh.element = ElementChoice::Quad9;
     scene.mesh.max_size_mm = quick.then_some(QUICK_SIZE_MM);
+    scene.mesh.mean_size_mm = None;
     scene.contact = ContactMode::Auto;
     scene.relative_residual_force_tolerance = 1e-8;
     Some(scene)

@@ -6,8 +6,8 @@ use salp_core::study::{Study, read_study};
 use serde_json::{Value, json};
 
 /// The whole framework, and the direct method.
-const FRAMEWORK: &str = include_str!("../../../examples/paper.toml");
-const DIRECT: &str = include_str!("../../../examples/direct.toml");
+const FRAMEWORK: &str = include_str!("../../../../examples/paper.toml");
+const DIRECT: &str = include_str!("../../../../examples/direct.toml");
 
 /// A study of the reproduction.
 pub struct Arm {
@@ -132,7 +132,7 @@ fn coarse(document: &mut Value) {
     for step in document["step"].as_array_mut().into_iter().flatten() {
         let kind = step["model"]["kind"].as_str().unwrap_or_default();
         if kind.starts_with("fe_") {
-            step["model"]["max_size_mm"] = json!(super::realised::QUICK_SIZE_MM);
+            step["model"]["max_size_mm"] = json!(crate::run::reproduce::realised::QUICK_SIZE_MM);
         }
     }
 }
@@ -147,7 +147,7 @@ fn hfm(quick: bool, schedule: &Value) -> Value {
     });
     if quick {
         document["actuation"]["load_steps_per_leg"] = json!(2);
-        document["step"][0]["model"] = json!({"max_size_mm": super::realised::QUICK_SIZE_MM});
+        document["step"][0]["model"] = json!({"mean_size_mm": null, "max_size_mm": crate::run::reproduce::realised::QUICK_SIZE_MM});
         document["step"][0]["restarts"] =
             json!({"start": ["paper", "random"], "count": 1, "seed": 1});
         // Five gradients by differences and a little more for each of two restarts.
@@ -166,14 +166,16 @@ fn dm(quick: bool, schedule: &Value) -> Value {
         "step": [{
             "id": "three-units",
             "level": 1,
-            "model": {"kind": "fe_direct", "element": "quad4", "max_size_mm": 0.9, "relative_residual_force_tolerance": 0.1, "contact": "auto"},
+            "model": {"kind": "fe_direct", "element": "quad4", "mean_size_mm": 0.9, "relative_residual_force_tolerance": 0.1, "contact": "auto"},
             "target": {"kind": "enclosed_area", "probe_mm": [640, 40], "orientation": "counter_clockwise"},
             "restarts": {"start": ["paper"]},
         }],
     });
     if quick {
         document["actuation"]["load_steps_per_leg"] = json!(2);
-        document["step"][0]["model"]["max_size_mm"] = json!(super::realised::QUICK_SIZE_MM);
+        document["step"][0]["model"]["mean_size_mm"] = json!(null);
+        document["step"][0]["model"]["max_size_mm"] =
+            json!(crate::run::reproduce::realised::QUICK_SIZE_MM);
         // One gradient by differences, and the steps that follow it.
         document["step"][0]["budget"] = json!({"evaluations": 155});
     }
