@@ -146,7 +146,7 @@ pub struct CurvePoint {
     pub coarse: bool,
 }
 
-/// A distinct good point: the best of a restart.
+/// A distinct good point: the best of a restart. Those of a step come best first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
     /// Index of the step.
@@ -163,4 +163,13 @@ pub struct Candidate {
     pub constraints: Vec<f64>,
     /// Largest violation of a constraint, 0 when none.
     pub max_violation: f64,
+    /// Error band of the objective, from a second mesh; null while it is not known, and of models without a mesh.
+    #[serde(default)]
+    pub band: Option<[f64; 2]>,
+    /// Largest difference of a variable from the best of its step over its range; null where they have different variables.
+    #[serde(default)]
+    pub distance: Option<f64>,
+    /// The first better one of its step that is the same within its error: near, and their bands meet.
+    #[serde(default)]
+    pub same_as: Option<EvaluationId>,
 }

@@ -305,6 +305,14 @@ async fn each_best_gets_a_band_after_all_else(store: &dyn Store) {
     assert!(claim_for(store, LEASE_MS).await.is_none());
     let batch = store.batch(restart.unwrap()).await.unwrap().unwrap();
     assert_eq!(batch.outcomes.len(), 3);
+    // The end of a restart asks for the bands of what it may hand on: of 7 too, of 5 no second one.
+    let again = |evaluation: &Claim| BandAsk {
+        request: EvaluationRequest {
+            second_mesh: true,
+            ..evaluation.request.clone()
+        },
+        key: "band of a candidate".to_owned(),
+    };
     let step = NewStep {
         restart: batch.restart,
         version: batch.version,
@@ -313,6 +321,7 @@ async fn each_best_gets_a_band_after_all_else(store: &dyn Store) {
         done: true,
         waits: false,
         asks: Vec::new(),
+        bands: vec![(0, again(&first)), (1, again(&second))],
     };
     store.save_step(step).await.unwrap();
     assert!(store.end_step(&study, 0, &json!({})).await.unwrap());
@@ -323,6 +332,10 @@ async fn each_best_gets_a_band_after_all_else(store: &dyn Store) {
     let value = of_band(&band, OutcomeStatus::Ok, Some(4.8));
     let stored = store.accept_result(value).await.unwrap();
     assert!(matches!(stored, Reported::Stored { restart: None, .. }));
+    let band = claim(store).await;
+    let value = of_band(&band, OutcomeStatus::Ok, Some(2.9));
+    store.accept_result(value).await.unwrap();
+    assert_eq!(state().await, StudyState::Running, "a band is out");
     // One whose solve fails ends the study all the same.
     let band = claim(store).await;
     let status = OutcomeStatus::NotConverged {
@@ -339,20 +352,24 @@ async fn each_best_gets_a_band_after_all_else(store: &dyn Store) {
         (counts.evaluations, counts.answered, counts.alarms),
         (3, 3, 0)
     );
-    assert_eq!((counts.bands.answered, counts.bands.without_values), (2, 1));
+    assert_eq!((counts.bands.answered, counts.bands.without_values), (3, 1));
     let points = store.points(&study).await.unwrap();
     let values: Vec<_> = points
         .iter()
         .map(|p| (p.objective, p.second_mesh))
         .collect();
-    let expected = [(Some(5.0), Some(4.8)), (Some(7.0), None), (Some(3.0), None)];
+    let expected = [
+        (Some(5.0), Some(4.8)),
+        (Some(7.0), None),
+        (Some(3.0), Some(2.9)),
+    ];
     assert_eq!(values, expected);
     let ledger = store.ledger(&study, 0, 10, false).await.unwrap();
     let of: Vec<_> = ledger
         .iter()
         .filter_map(|row| row.band_of.as_ref())
         .collect();
-    assert_eq!(of, [&points[0].evaluation, &points[2].evaluation]);
+    assert_eq!(of, [0, 2, 1].map(|k: usize| &points[k].evaluation));
     assert!(
         ledger
             .iter()
@@ -423,6 +440,7 @@ async fn a_batch_is_stepped_once_and_in_its_order(store: &dyn Store) {
         done: false,
         waits: false,
         asks: vec![ask(3.0)],
+        bands: Vec::new(),
     };
     let saved = store.save_step(step.clone()).await.unwrap();
     assert_eq!(saved, Saved::Yes { step_ended: false });
@@ -440,6 +458,7 @@ async fn a_batch_is_stepped_once_and_in_its_order(store: &dyn Store) {
         done: true,
         waits: false,
         asks: Vec::new(),
+        bands: Vec::new(),
     };
     let saved = store.save_step(step).await.unwrap();
     assert_eq!(saved, Saved::Yes { step_ended: true });
@@ -485,6 +504,7 @@ async fn steps_begin_end_and_block_once(store: &dyn Store) {
             done: true,
             waits: false,
             asks: Vec::new(),
+            bands: Vec::new(),
         };
         store.save_step(step).await.unwrap()
     };
@@ -542,6 +562,7 @@ async fn restarts_wait_and_come_back(store: &dyn Store) {
         done,
         waits,
         asks,
+        bands: Vec::new(),
     };
     let saved = store.save_step(step(0, false, true, Vec::new())).await;
     assert_eq!(saved.unwrap(), Saved::Yes { step_ended: false });

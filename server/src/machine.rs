@@ -26,6 +26,8 @@ pub struct Advance {
     pub state: Value,
     /// The next batch; empty where the restart is done.
     pub asks: Vec<EvaluationRequest>,
+    /// Error bands of what a restart that has ended may hand on, each with its place in the optimiser's order.
+    pub bands: Vec<(usize, BandAsk)>,
     /// Whether the optimiser stopped.
     pub done: bool,
     /// Whether the restart waits for a decision, with nothing asked.
@@ -205,11 +207,41 @@ impl StudyMachine {
     /// What a step of a restart leads to.
     fn moved(&self, before: &RestartState, next: RestartStep) -> Result<Advance, MachineError> {
         let shows_more = before.race_record() != next.state.race_record();
+        let bands = if next.done.is_some() {
+            self.bands(&next.state)?
+        } else {
+            Vec::new()
+        };
         let advance = self.stored(&next.state, next.asks, next.done.is_some())?;
         Ok(Advance {
+            bands,
             shows_more,
             ..advance
         })
+    }
+
+    /// The bands of the designs that a restart which has ended may hand on.
+    fn bands(&self, state: &RestartState) -> Result<Vec<(usize, BandAsk)>, MachineError> {
+        let spec = &state.spec;
+        let points = state.candidates().iter();
+        let kept: Vec<_> = points.map(|point| (spec.index, point.clone())).collect();
+        let result = StepResult::of(&self.study, spec.step, &spec.given, &kept);
+        let result = result.map_err(|e| MachineError {
+            step: spec.step,
+            restart: spec.index,
+            reason: e.to_string(),
+        })?;
+        let chosen = result.candidates.iter().map(|c| c.evaluation);
+        let mut bands = Vec::new();
+        for place in chosen {
+            let point = kept.iter().find(|(_, point)| point.evaluation == place);
+            let request = point.map(|(_, point)| state.request_again(point));
+            if let Some(request) = request.and_then(|request| self.study.band(&request)) {
+                let key = self.key(&request)?;
+                bands.push((place, BandAsk { request, key }));
+            }
+        }
+        Ok(bands)
     }
 
     /// Whether the restarts of a step compete.
@@ -337,12 +369,14 @@ impl StudyMachine {
         Ok(Advance {
             state: text,
             asks,
+            bands: Vec::new(),
             done,
             waits,
             shows_more: false,
             summary: json!({
                 "seed": state.spec.seed,
                 "start": state.spec.start_kind,
+                "drawn": state.spec.drawn,
                 "orientation": state.spec.orientation,
                 "x0": state.spec.x0,
                 "stop": state.stop,

@@ -9,7 +9,7 @@ use salp_protocol::{
 };
 use serde_json::Value;
 
-use crate::machine::Judgement;
+use crate::machine::{BandAsk, Judgement};
 
 /// Why a transaction failed.
 #[derive(Debug, thiserror::Error)]
@@ -270,6 +270,9 @@ pub struct NewStep {
     pub waits: bool,
     /// Next batch.
     pub asks: Vec<NewAsk>,
+    /// Error bands of evaluations of the restart, each with its place in the optimiser's order, from 0. Those that have theirs
+    /// get no second one.
+    pub bands: Vec<(usize, BandAsk)>,
 }
 
 /// What became of a computed step.

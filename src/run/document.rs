@@ -1,16 +1,16 @@
 //! The results of a study as the document that `salp run --json` prints.
 
-use salp_core::hierarchy::StepResult;
 use salp_core::study::Study;
 use salp_core::study::race::Fidelity;
 use salp_protocol::{
-    Axis, Best, BestSoFar, Candidate, Curve, EvaluationRow, RestartView, StepState, StepView,
-    StudyId, StudyState, StudyView,
+    Axis, Best, BestSoFar, Curve, EvaluationRow, RestartView, StepState, StepView, StudyId,
+    StudyState, StudyView,
 };
 use salp_worker::Client;
 use serde_json::{Value, json};
 
 use super::active::ActiveLimits;
+use super::optima::{self, Listed};
 use super::progress::label;
 use crate::failure::Failure;
 use crate::show::stop_reason;
@@ -25,8 +25,8 @@ pub struct Results {
     pub ledger: Vec<EvaluationRow>,
     /// The evaluations of its error bands.
     pub bands: Vec<EvaluationRow>,
-    /// Its candidates.
-    pub candidates: Vec<Candidate>,
+    /// The best distinct designs of each step.
+    pub optima: Vec<Vec<Listed>>,
     /// Run time against objective.
     pub curve: Curve,
     /// Active limits at each step's best design.
@@ -53,13 +53,16 @@ impl Results {
             let given = study.given(step, &super::steps::inputs(s).given);
             ActiveLimits::of(&given, step, &best.x, row.outcome.as_ref()?)
         };
+        let candidates = client.candidates(id)?;
+        let of_step = |step| optima::of_step(study, step, &candidates, &ledger, &bands);
+        let optima = view.steps.iter().enumerate().map(of_step).collect();
         Ok(Self {
             active: view.steps.iter().enumerate().map(active).collect(),
+            optima,
             view,
             restarts: client.restarts(id)?,
             ledger,
             bands,
-            candidates: client.candidates(id)?,
             curve: client.curve(id, Axis::Cpu)?,
             seconds,
         })
@@ -139,38 +142,17 @@ impl Results {
             .filter(|r| r.step == step)
             .map(|r| self.restart(r))
             .collect();
+        let listed = self.optima.get(step).into_iter().flatten();
+        let candidates: Vec<Value> = listed.filter_map(Listed::document).collect();
         json!({
             "id": view.id,
             "status": status,
             "inputs": view.inputs,
             "best": best,
-            "candidates": self.handed_on(step),
+            "candidates": candidates,
             "race": view.race,
             "restarts": restarts,
         })
-    }
-
-    /// What an ended step hands on; of another one the best of each restart so far.
-    fn handed_on(&self, step: usize) -> Vec<Value> {
-        let constraints = |restart: usize, x: &[f64]| {
-            let mut rows = self.ledger.iter();
-            let row = rows.find(|r| {
-                (r.step, r.restart) == (step, restart) && r.x == x && r.fidelity.is_none()
-            });
-            row.and_then(|r| Some(r.outcome.as_ref()?.constraints.clone()))
-        };
-        let candidate = |x: &[f64], objective: f64, restart: usize| json!({ "x": x, "objective": objective, "constraints": constraints(restart, x), "restart": restart });
-        let result = self.view.steps[step].result.clone();
-        if let Some(result) = result.and_then(|r| serde_json::from_value::<StepResult>(r).ok()) {
-            let candidates = result.candidates.iter();
-            return candidates
-                .map(|c| candidate(&c.x, c.objective, c.restart))
-                .collect();
-        }
-        let so_far = self.candidates.iter().filter(|c| c.step == step);
-        so_far
-            .map(|c| candidate(&c.x, c.objective, c.restart))
-            .collect()
     }
 
     fn restart(&self, restart: &RestartView) -> Value {

@@ -5,6 +5,7 @@ mod active;
 mod coordinator;
 pub mod document;
 mod folder;
+mod optima;
 mod page;
 mod progress;
 pub mod report;

@@ -12,6 +12,7 @@ use salp_protocol::{Best, EvaluationRow, csv};
 use serde_json::{Value, json};
 
 use super::document::Results;
+use super::optima;
 use super::page::Page;
 use super::steps;
 use super::winner::{self, Winner};
@@ -121,6 +122,7 @@ pub fn write(
     let (of_steps, documents) = steps::write(folder, study, results, winner, &mut page)?;
     lines.extend(of_steps);
     summary["steps"] = documents;
+    lines.extend(optima::tables(study, results));
     lines.push(bands(study, results));
     let restarts = StudyRestarts::of(study, results);
     write_file(&at(restarts::FILE), &json!(restarts).to_string())?;

@@ -6,6 +6,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`candidate`] | the N best distinct designs of an ended step |
+//! | [`optima`] | how far these are apart, and which are the same within their errors |
 //! | [`due`](mod@due) | steps that can begin, and those that never can |
 //! | [`inputs`] | the designs, the layout, the behaviour that a step takes |
 //! | [`given_up`](mod@given_up) | what a simplification gave up, seen where its candidates are evaluated again |
@@ -14,6 +15,7 @@ pub mod candidate;
 pub mod due;
 pub mod given_up;
 pub mod inputs;
+pub mod optima;
 #[cfg(test)]
 mod tests;
 

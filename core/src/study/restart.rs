@@ -24,7 +24,9 @@ use super::race::{DominationRule, Merit};
 use super::result::{EvaluationRequest, Outcome, OutcomeStatus};
 use super::spec::Study;
 use super::start::RestartSpec;
-use crate::optimiser::{self, Ask, OptimiserOptions, OptimiserState, Point, StopReason, Told};
+use crate::optimiser::{
+    self, Ask, AskKind, OptimiserOptions, OptimiserState, Point, StopReason, Told,
+};
 use crate::scene::Orientation;
 
 /// Points of a sample that are kept for each candidate of its step: near ones count as one candidate later.
@@ -242,6 +244,22 @@ impl RestartState {
         match (&self.kept[..], &self.best) {
             ([], Some(best)) => std::slice::from_ref(best),
             (kept, _) => kept,
+        }
+    }
+
+    /// What was asked of a point's evaluation, without its gradient, its kind and its iteration.
+    pub fn request_again(&self, point: &BestPoint) -> EvaluationRequest {
+        EvaluationRequest {
+            step: self.spec.step,
+            kind: AskKind::Initial,
+            iteration: 0,
+            x: point.x.clone(),
+            want_gradient: false,
+            plan_base: point.plan_base.clone(),
+            orientation: self.spec.orientation,
+            second_mesh: false,
+            fidelity: None,
+            given: self.spec.given.clone(),
         }
     }
 

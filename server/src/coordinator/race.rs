@@ -146,6 +146,7 @@ impl Coordinator {
             done: advance.done,
             waits: advance.waits,
             asks,
+            bands: advance.bands,
         })
     }
 }

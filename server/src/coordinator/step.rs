@@ -91,6 +91,7 @@ impl Coordinator {
                     done: stepped.done,
                     waits: stepped.waits,
                     asks,
+                    bands: stepped.bands,
                 })
                 .await?;
             let Saved::Yes { step_ended } = saved else {

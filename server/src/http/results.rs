@@ -3,6 +3,8 @@
 use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
+use salp_core::hierarchy::optima::{Optimum, standings};
+use salp_core::study::{Study, band_half_width};
 use salp_protocol::problem::{self, Problem};
 use salp_protocol::{
     Axis, Candidate, LedgerPage, RestartState, RestartView, StudyId, csv as table,
@@ -12,7 +14,7 @@ use serde::Deserialize;
 use super::Shared;
 use super::answer::{Parameters, PathId, Refusal, csv};
 use super::studies::{best_point, find};
-use crate::coordinator::Resumed;
+use crate::coordinator::{CoordinatorError, Resumed};
 use crate::curve::curve as curve_of;
 
 /// JSON or CSV.
@@ -146,12 +148,13 @@ pub async fn evaluations(
     Ok(Json(LedgerPage { evaluations, next }).into_response())
 }
 
-/// The best points of the restarts, best first; equal designs once.
+/// The best points of the restarts, best first, with their errors; equal designs once.
 pub async fn candidates(
     State(coordinator): Shared,
     PathId(id): PathId<String>,
 ) -> Result<Json<Vec<Candidate>>, Refusal> {
     let id: StudyId = find(&coordinator, id).await?.id;
+    let points = coordinator.store.points(&id).await?;
     let mut candidates: Vec<Candidate> = Vec::new();
     for best in coordinator.store.bests(&id).await? {
         let Some(objective) = best.outcome.objective else {
@@ -163,7 +166,13 @@ pub async fn candidates(
         {
             continue;
         }
+        let point = points.iter().find(|p| p.evaluation == best.evaluation);
+        let second = point.and_then(|point| point.second_mesh);
+        let half = second.map(|second| band_half_width(objective, second));
         candidates.push(Candidate {
+            band: half.map(|half| [objective - half, objective + half]),
+            distance: None,
+            same_as: None,
             step: best.step,
             restart: best.restart,
             evaluation: best.evaluation,
@@ -178,5 +187,32 @@ pub async fn candidates(
             .then(a.objective.total_cmp(&b.objective))
             .then(a.restart.cmp(&b.restart))
     });
+    match coordinator.machine(&id).await {
+        Ok(machine) => compare(machine.study(), &mut candidates),
+        // Of another build: what is stored can be shown all the same.
+        Err(CoordinatorError::Unreadable { .. }) => {}
+        Err(failure) => return Err(failure.into()),
+    }
     Ok(Json(candidates))
+}
+
+/// How the candidates of each step, the best first, stand to each other.
+fn compare(study: &Study, candidates: &mut [Candidate]) {
+    for of_step in candidates.chunk_by_mut(|a, b| a.step == b.step) {
+        let optima: Vec<Optimum<'_>> = of_step
+            .iter()
+            .map(|c| Optimum {
+                x: &c.x,
+                objective: c.objective,
+                half_width: c.band.map(|[low, high]| (high - low) / 2.0),
+            })
+            .collect();
+        let step = of_step.first().map_or(0, |c| c.step);
+        let standings = standings(study, step, &optima).unwrap_or_default();
+        let ids: Vec<_> = of_step.iter().map(|c| c.evaluation.clone()).collect();
+        for (candidate, standing) in of_step.iter_mut().zip(standings) {
+            candidate.distance = Some(standing.distance).filter(|d| d.is_finite());
+            candidate.same_as = standing.same_as.map(|k| ids[k].clone());
+        }
+    }
 }

@@ -149,7 +149,15 @@ pub async fn store_answer(tx: &mut Tx, answer: Answered<'_>, now: i64) -> Result
     if let Some(band) = &answer.judgement.band
         && is_best_so_far(tx, &answer, now).await?
     {
-        queue_band(tx, &answer, band, now).await?;
+        queue_band(
+            tx,
+            answer.study,
+            answer.restart,
+            answer.evaluation.0,
+            band,
+            now,
+        )
+        .await?;
     }
     let mut data = json!({
         "evaluation": answer.evaluation,
@@ -189,9 +197,12 @@ async fn is_best_so_far(tx: &mut Tx, answer: &Answered<'_>, now: i64) -> Result<
     Ok(no == 0)
 }
 
-async fn queue_band(
+/// Queues the error band of an evaluation that has none.
+pub async fn queue_band(
     tx: &mut Tx,
-    answer: &Answered<'_>,
+    study: &StudyId,
+    restart: i64,
+    band_of: i64,
     band: &BandAsk,
     now: i64,
 ) -> Result<(), StoreError> {
@@ -200,9 +211,9 @@ async fn queue_band(
     let id = sqlx::query_scalar!(
         r#"INSERT INTO evaluations (study, restart, batch, batch_index, request, result_key, created_ms, band_of)
            VALUES (?1, ?2, -1, ?3, ?4, ?5, ?6, ?3) RETURNING id AS "id!: i64""#,
-        answer.study.0,
-        answer.restart,
-        answer.evaluation.0,
+        study.0,
+        restart,
+        band_of,
         request,
         band.key,
         now
@@ -215,7 +226,7 @@ async fn queue_band(
         "INSERT INTO queue (evaluation, study, state, command, fence, attempt, kind)
          VALUES (?, ?, 'ready', 0, 0, 0, 'band')",
         id,
-        answer.study.0
+        study.0
     )
     .execute(&mut **tx)
     .await

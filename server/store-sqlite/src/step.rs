@@ -5,7 +5,9 @@ use salp_server::store::{Batch, KnownResult, NewStep, RestartId, Saved, StoreErr
 use serde_json::json;
 
 use crate::SqliteStore;
-use crate::rows::{database, enter_state, from_json, note, now_ms, study_state, to_json};
+use crate::rows::{
+    Tx, database, enter_state, from_json, note, now_ms, queue_band, study_state, to_json,
+};
 use crate::submit::{Owner, insert_asks};
 
 impl SqliteStore {
@@ -97,6 +99,11 @@ impl SqliteStore {
             restart_index: row.restart_index,
         };
         insert_asks(&mut tx, &owner, row.batch, step.asks, now).await?;
+        for (place, band) in &step.bands {
+            if let Some(of) = without_band(&mut tx, step.restart, *place).await? {
+                queue_band(&mut tx, &study, step.restart.0, of, band, now).await?;
+            }
+        }
         if step.waits {
             let data =
                 json!({ "step": row.step, "restart": row.restart_index, "state": "waiting" });
@@ -292,4 +299,24 @@ impl SqliteStore {
         .map_err(database("look for unfinished studies"))?;
         Ok(ids.into_iter().map(StudyId).collect())
     }
+}
+
+/// The evaluation at a place of a restart's history, if no band of it was asked for.
+async fn without_band(
+    tx: &mut Tx,
+    restart: RestartId,
+    place: usize,
+) -> Result<Option<i64>, StoreError> {
+    let place = place as i64;
+    sqlx::query_scalar!(
+        r#"SELECT of.id AS "id!: i64"
+           FROM (SELECT id FROM evaluations WHERE restart = ? AND band_of IS NULL
+                 ORDER BY batch, batch_index LIMIT 1 OFFSET ?) AS of
+           WHERE NOT EXISTS (SELECT 1 FROM evaluations band WHERE band.band_of = of.id)"#,
+        restart.0,
+        place
+    )
+    .fetch_optional(&mut **tx)
+    .await
+    .map_err(database("look for an evaluation without a band"))
 }

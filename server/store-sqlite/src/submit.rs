@@ -57,6 +57,10 @@ impl SqliteStore {
             .execute(&mut *tx)
             .await
             .map_err(database(DOING))?;
+            if study.begun.iter().all(|begun| begun.step as i64 != step) {
+                let waits = json!({ "step": step, "state": "waiting" });
+                note(&mut tx, &study.id, "step", &waits, now).await?;
+            }
         }
         for begun in study.begun {
             begin(&mut tx, &study.id, begun, now).await?;
