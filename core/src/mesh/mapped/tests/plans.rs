@@ -43,13 +43,16 @@ fn a_mean_size_fills_the_solid_with_squares() {
         let cavities: f64 = chambers.map(|corners| signed_area(corners)).sum();
         let [w, h] = actuator.unit_mm;
         let solid = w * h * actuator.units.len() as f64 - cavities;
-        // A mesh has at least what its smallest chamber and its walls ask for, so nothing coarse.
-        for (side, most) in [(1.5, 2.0), (0.9, 1.3)] {
-            let plan =
-                MeshPlan::choose(&actuator, PlanElement::Quad4, MeshSize::Mean(side)).unwrap();
-            let ratio = plan.elements() as f64 / (solid / (side * side));
-            assert!((1.0..most).contains(&ratio), "{name}, {side} mm: {ratio}");
-        }
+        let elements = |side: f64| {
+            let size = MeshSize::Mean(side);
+            let plan = MeshPlan::choose(&actuator, PlanElement::Quad4, size).unwrap();
+            plan.elements() as f64
+        };
+        let ratio = |side: f64| elements(side) / (solid / (side * side));
+        // Three elements through a thin wall may be more than were asked for.
+        assert!(ratio(1.5) >= 1.0, "{name}: {}", ratio(1.5));
+        let fine = ratio(0.4);
+        assert!((1.0..1.25).contains(&fine), "{name}: {fine}");
     }
 }
 
