@@ -176,9 +176,10 @@ fn refuse(error: &clap::Error) -> ExitCode {
 /// Logs go to standard error. `SALP_LOG` filters them; coordinator and workers say what they do, other verbs only what
 /// goes wrong.
 fn start_logs(arguments: &Arguments) {
+    // A slow query on a machine with other work to do is no news, and its text nobody's.
     let usual = match arguments.verb {
-        Verb::Serve(_) | Verb::Work(_) => "info",
-        _ => "warn",
+        Verb::Serve(_) | Verb::Work(_) => "info,sqlx=error",
+        _ => "warn,sqlx=error",
     };
     let filter = EnvFilter::try_from_env("SALP_LOG").unwrap_or_else(|_| EnvFilter::new(usual));
     let logs = tracing_subscriber::fmt()

@@ -79,6 +79,11 @@ impl Coordinator {
         &self.url
     }
 
+    /// Whether it has not ended by itself.
+    pub fn is_running(&self) -> bool {
+        !self.thread.is_finished()
+    }
+
     /// A client of it.
     pub fn client(&self) -> Client {
         Client::new(&self.url, None, Duration::from_mins(1))

@@ -18,6 +18,7 @@ mod workers;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use clap::Args;
 use salp_core::document::Sweep;
@@ -40,6 +41,10 @@ use folder::RunFolder;
 use progress::Progress;
 use report::Settings;
 use workers::Workers;
+
+/// Questions to the coordinator in a row that may find no answer, each within a minute, and the time between them.
+const MOST_IN_VAIN: usize = 30;
+const BETWEEN_ASKS: Duration = Duration::from_secs(1);
 
 /// Arguments of `salp run`.
 #[derive(Args)]
@@ -194,7 +199,7 @@ impl Setting {
         let job = Job {
             client: &client,
             id: &created.id,
-            url: coordinator.url(),
+            coordinator: &coordinator,
             workers: count,
             programs: self.programs.as_deref(),
         };
@@ -245,12 +250,24 @@ fn interrupted() -> Result<Arc<AtomicBool>, Failure> {
 struct Job<'a> {
     client: &'a Client,
     id: &'a StudyId,
-    url: &'a str,
+    coordinator: &'a Coordinator,
     workers: usize,
     programs: Option<&'a Path>,
 }
 
 impl Job<'_> {
+    /// The study's state, and what has happened since the last look.
+    fn look(&self, progress: &mut Progress, at_once: bool) -> Result<StudyState, Failure> {
+        let state = self.client.study(self.id)?.state;
+        let wait_s = if state.is_final() || at_once {
+            0.0
+        } else {
+            0.4
+        };
+        progress.follow(self.client, self.id, wait_s)?;
+        Ok(state)
+    }
+
     /// Follows the study until it ends or is interrupted; then it is paused, and every worker has ended.
     fn carry_out(
         &self,
@@ -265,16 +282,31 @@ impl Job<'_> {
         if state.is_final() {
             return Ok(state);
         }
-        let mut workers = Workers::start(folder, self.url, self.workers, self.programs)?;
+        let url = self.coordinator.url();
+        let mut workers = Workers::start(folder, url, self.workers, self.programs)?;
         let mut progress = Progress::new(study);
+        let mut in_vain = 0;
         loop {
             let asked_to_end = interrupted.load(Ordering::Relaxed);
-            state = self.client.study(self.id)?.state;
-            if state.is_final() || asked_to_end {
-                progress.follow(self.client, self.id, 0.0)?;
-                break;
+            match self.look(&mut progress, asked_to_end) {
+                Ok(found) => {
+                    (state, in_vain) = (found, 0);
+                    if state.is_final() || asked_to_end {
+                        break;
+                    }
+                }
+                // On a machine with other work to do an answer may take its time: nothing is lost by waiting for it.
+                Err(Failure::Client(failure))
+                    if failure.is_passing()
+                        && self.coordinator.is_running()
+                        && in_vain < MOST_IN_VAIN =>
+                {
+                    in_vain += 1;
+                    note(&format!("asking again: {failure}"));
+                    std::thread::sleep(BETWEEN_ASKS);
+                }
+                Err(failure) => return Err(failure),
             }
-            progress.follow(self.client, self.id, 0.4)?;
             workers.look_after(folder)?;
             folder.tick()?;
         }
