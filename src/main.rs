@@ -179,6 +179,8 @@ fn start_logs(arguments: &Arguments) {
     // A slow query on a machine with other work to do is no news, and its text nobody's.
     let usual = match arguments.verb {
         Verb::Serve(_) | Verb::Work(_) => "info,sqlx=error",
+        // Its problems are what they are.
+        Verb::Verify(_) => "error",
         _ => "warn,sqlx=error",
     };
     let filter = EnvFilter::try_from_env("SALP_LOG").unwrap_or_else(|_| EnvFilter::new(usual));
