@@ -16,7 +16,8 @@ use serde_json::Value;
 use crate::failure::Failure;
 use crate::output::{note, write_file};
 use crate::parallel::in_parallel;
-use crate::run::{Setting, reproduce::realised::TIPS};
+use crate::run::Setting;
+use crate::run::reproduce::realised::{TIPS, WHOLE, on};
 use arms::{ARMS, Arm, PARENT};
 use score::{Scored, score};
 
@@ -142,12 +143,24 @@ impl Question<'_> {
         };
         let threads = self.setting.workers.min(restarts.len()).max(1);
         let scored = in_parallel(threads, restarts.len(), of, told);
-        Ok(Played {
+        let played = Played {
             starts: starts.len(),
             before,
             scored: scored.into_iter().collect::<Result<_, _>>()?,
             arm,
-        })
+        };
+        let winner = played.best(0).map(|scored| scored.restart);
+        let winner = restarts.iter().find(|r| Some(r.index) == winner);
+        let scene = winner
+            .and_then(score::best)
+            .and_then(|best| score::scene(&study, &best))
+            .and_then(|scene| on(&scene, WHOLE, self.quick));
+        if let Some(scene) = scene {
+            let pretty = serde_json::to_string_pretty(&scene.document()).unwrap_or_default();
+            let file = self.out.join(format!("best-{}.json", arm.id));
+            write_file(&file, &pretty)?;
+        }
+        Ok(played)
     }
 
     fn tell(&self, played: &[Played]) -> Result<(Value, String), Failure> {
