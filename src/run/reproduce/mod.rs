@@ -31,7 +31,7 @@ pub struct Reproduce {
     /// Starts over: removes what earlier runs left in the folder
     #[arg(long)]
     fresh: bool,
-    /// Of the question: starts of every arm [default: 20; quick 4]
+    /// Of the question: starts of every arm [default: 20; quick 2]
     #[arg(long, value_parser = clap::value_parser!(u16).range(2..=1000))]
     starts: Option<u16>,
     /// Of the question: only these arms

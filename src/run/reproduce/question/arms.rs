@@ -232,7 +232,7 @@ fn question(quick: bool) -> Result<Value, Faults> {
     if quick {
         document["actuation"]["load_steps_per_leg"] = json!(2);
         document["step"][0]["model"]["max_size_mm"] = json!(QUICK_SIZE_MM);
-        document["step"][0]["optimiser"]["max_iterations"] = json!(16);
+        document["step"][0]["optimiser"]["max_iterations"] = json!(10);
     }
     Ok(document)
 }

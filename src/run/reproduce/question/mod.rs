@@ -23,7 +23,7 @@ use score::{Scored, score};
 
 /// Starts of every arm: of the protocol, and of a quick look.
 const STARTS: usize = 20;
-const QUICK_STARTS: usize = 4;
+const QUICK_STARTS: usize = 2;
 
 /// The arms of the question in a folder.
 pub struct Question<'a> {
