@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     contract::{Ask, AskKind, Told, Values},
-    convergence::{Convergence, Rules},
+    convergence::Convergence,
+    descent::DescentOptions,
     differences::Differences,
     options::GradientSource,
     point::{Point, keep_best},
@@ -19,25 +20,6 @@ use super::{
 
 /// Points between the last two iterates tried where the model has values but no gradient.
 const BACKOFFS: usize = 2;
-
-/// The options that these methods have in common.
-pub(super) struct Common {
-    pub gradient: GradientSource,
-    pub eager_gradients: bool,
-    pub difference_step: f64,
-    pub least_difference_step: f64,
-    /// Absolute change of the objective that counts as none, if set; else this share of its first value.
-    pub absolute_tolerance: Option<f64>,
-    pub absolute_share: f64,
-    pub rules: Rules,
-}
-
-impl Common {
-    /// Whether trials are asked for with their gradients.
-    pub fn eager(&self) -> bool {
-        self.eager_gradients && self.gradient == GradientSource::Model
-    }
-}
 
 /// What is waited for until the iterate has values and gradients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,6 +66,8 @@ pub(super) struct Linearisation {
     pub previous: Option<Point>,
     pub best: Option<Point>,
     pub convergence: Convergence,
+    /// Share of the first objective whose change counts as none, unless the options say how much does.
+    absolute_share: f64,
     pub iteration: usize,
     /// The pending asks open an iteration.
     pub boundary: bool,
@@ -92,7 +76,7 @@ pub(super) struct Linearisation {
 }
 
 impl Linearisation {
-    pub fn new(problem: Problem, x0: Vec<f64>) -> Self {
+    pub fn new(problem: Problem, x0: Vec<f64>, absolute_share: f64) -> Self {
         Self {
             problem,
             x: x0,
@@ -101,6 +85,7 @@ impl Linearisation {
             previous: None,
             best: None,
             convergence: Convergence::new(0.0),
+            absolute_share,
             iteration: 0,
             boundary: false,
             analyses: 0,
@@ -109,8 +94,8 @@ impl Linearisation {
     }
 
     /// What the run has cost: analyses, and the model's gradients.
-    pub fn cost(&self, common: &Common) -> usize {
-        match common.gradient {
+    pub fn cost(&self, options: &DescentOptions) -> usize {
+        match options.gradient {
             GradientSource::Model => self.analyses + self.gradients,
             GradientSource::Differences => self.analyses,
         }
@@ -126,7 +111,7 @@ impl Linearisation {
     }
 
     /// The points that are waited for.
-    pub fn asks(&self, pending: &Pending, common: &Common) -> Vec<Ask> {
+    pub fn asks(&self, pending: &Pending, options: &DescentOptions) -> Vec<Ask> {
         match pending {
             Pending::Start { attempt, replan } => {
                 let kind = if *replan {
@@ -135,7 +120,7 @@ impl Linearisation {
                     AskKind::Initial
                 };
                 let x = self.problem.nudged(&self.x, *attempt);
-                vec![self.ask(kind, x, common.eager())]
+                vec![self.ask(kind, x, options.eager())]
             }
             Pending::ModelGradient { backoff } => {
                 vec![self.ask(AskKind::Gradient, self.backed_off(*backoff), true)]
@@ -163,17 +148,23 @@ impl Linearisation {
     }
 
     /// Takes the answers to the pending asks.
-    pub fn tell(&mut self, pending: Pending, common: &Common, told: &[Told]) -> Next {
+    pub fn tell(&mut self, pending: Pending, options: &DescentOptions, told: &[Told]) -> Next {
         match pending {
-            Pending::Start { attempt, replan } => self.told_start(attempt, replan, common, told),
-            Pending::ModelGradient { backoff } => self.told_gradient(backoff, common, told),
-            Pending::Differences(differences) => self.told_differences(differences, common, told),
+            Pending::Start { attempt, replan } => self.told_start(attempt, replan, options, told),
+            Pending::ModelGradient { backoff } => self.told_gradient(backoff, options, told),
+            Pending::Differences(differences) => self.told_differences(differences, options, told),
         }
     }
 
-    fn told_start(&mut self, attempt: usize, replan: bool, common: &Common, told: &[Told]) -> Next {
+    fn told_start(
+        &mut self,
+        attempt: usize,
+        replan: bool,
+        options: &DescentOptions,
+        told: &[Told],
+    ) -> Next {
         let x = self.problem.nudged(&self.x, attempt);
-        let Some((point, gradient)) = self.told_point(x, common, told) else {
+        let Some((point, gradient)) = self.told_point(x, options, told) else {
             let attempt = attempt + 1;
             return if attempt < NUDGES.len() {
                 Next::Ask(Pending::Start { attempt, replan })
@@ -188,9 +179,9 @@ impl Linearisation {
                     "constraints beyond 10 in absolute value: normalise them to order one"
                 );
             }
-            self.convergence.absolute_tolerance = common
+            self.convergence.absolute_tolerance = options
                 .absolute_tolerance
-                .unwrap_or_else(|| (common.absolute_share * point.objective.abs()).max(1e-20));
+                .unwrap_or_else(|| (self.absolute_share * point.objective.abs()).max(1e-20));
         }
         if attempt > 0 {
             self.previous = None;
@@ -205,10 +196,10 @@ impl Linearisation {
         self.x.clone_from(&point.x);
         self.iterate = Some(point);
         self.gradient = gradient;
-        self.open(common)
+        self.open(options)
     }
 
-    fn told_gradient(&mut self, backoff: usize, common: &Common, told: &[Told]) -> Next {
+    fn told_gradient(&mut self, backoff: usize, options: &DescentOptions, told: &[Told]) -> Next {
         if backoff > 0 {
             self.analyses += 1;
         }
@@ -217,7 +208,7 @@ impl Linearisation {
         {
             if backoff > 0 {
                 let point = Point::new(&self.problem, self.backed_off(backoff), values);
-                self.note(&point, common);
+                self.note(&point, options);
                 self.x.clone_from(&point.x);
                 self.iterate = Some(point);
             }
@@ -229,16 +220,16 @@ impl Linearisation {
                 backoff: backoff + 1,
             })
         } else {
-            self.ask_differences(common)
+            self.ask_differences(options)
         }
     }
 
-    fn ask_differences(&self, common: &Common) -> Next {
+    fn ask_differences(&self, options: &DescentOptions) -> Next {
         let differences = Differences::new(
             &self.problem,
             &self.x,
-            common.difference_step,
-            common.least_difference_step,
+            options.difference_step,
+            options.least_difference_step,
         );
         if differences.len() == 0 {
             Next::Over(StopReason::KuhnTucker { residual: 0.0 })
@@ -250,7 +241,7 @@ impl Linearisation {
     fn told_differences(
         &mut self,
         mut differences: Differences,
-        common: &Common,
+        options: &DescentOptions,
         told: &[Told],
     ) -> Next {
         // A batch is one purchase: its best point has cost the whole of it.
@@ -258,7 +249,7 @@ impl Linearisation {
         for (x, told) in differences.points(&self.x).into_iter().zip(told) {
             if let Some(values) = self.problem.usable(Some(told)) {
                 let point = Point::new(&self.problem, x, values);
-                self.note(&point, common);
+                self.note(&point, options);
             }
         }
         match &self.iterate {
@@ -282,22 +273,22 @@ impl Linearisation {
     pub fn told_point(
         &mut self,
         x: Vec<f64>,
-        common: &Common,
+        options: &DescentOptions,
         told: &[Told],
     ) -> Option<(Point, Option<Gradient>)> {
         self.analyses += 1;
         let values: &Values = self.problem.usable(told.first())?;
         let gradient = Gradient::of(&self.problem, values);
         let point = Point::new(&self.problem, x, values);
-        self.note(&point, common);
+        self.note(&point, options);
         self.gradients += usize::from(gradient.is_some());
         Some((point, gradient))
     }
 
-    fn note(&mut self, point: &Point, common: &Common) {
-        let tolerance = common.rules.violation_tolerance;
+    fn note(&mut self, point: &Point, options: &DescentOptions) {
+        let tolerance = options.violation_tolerance;
         keep_best(&mut self.best, point, tolerance);
-        let cost = self.cost(common);
+        let cost = self.cost(options);
         self.convergence
             .note(cost, self.iteration, self.best.as_ref(), tolerance);
     }
@@ -310,14 +301,14 @@ impl Linearisation {
     }
 
     /// Opens an iteration at the iterate: its gradients, unless known.
-    pub fn open(&mut self, common: &Common) -> Next {
+    pub fn open(&mut self, options: &DescentOptions) -> Next {
         self.boundary = true;
         if self.gradient.is_some() {
             Next::Linearised
-        } else if common.gradient == GradientSource::Model {
+        } else if options.gradient == GradientSource::Model {
             Next::Ask(Pending::ModelGradient { backoff: 0 })
         } else {
-            self.ask_differences(common)
+            self.ask_differences(options)
         }
     }
 

@@ -8,6 +8,7 @@
 mod cma_es;
 mod contract;
 mod convergence;
+mod descent;
 mod differences;
 mod gcmma;
 mod linearisation;
@@ -33,6 +34,7 @@ mod tests;
 
 pub use cma_es::{CmaEs, CmaEsOptions};
 pub use contract::{Ask, AskKind, Told, Values};
+pub use descent::DescentOptions;
 pub use gcmma::{Gcmma, GcmmaOptions};
 pub use mmfd::Mmfd;
 pub use multipliers::{Conditions, conditions};

@@ -2,10 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    cma_es::CmaEsOptions, convergence::Rules, gcmma::GcmmaOptions, linearisation::Common,
-    sqp::SqpOptions,
-};
+use super::{cma_es::CmaEsOptions, descent::DescentOptions, gcmma::GcmmaOptions, sqp::SqpOptions};
 use crate::{fault::Faults, random::start_seed};
 
 /// An optimiser and its options.
@@ -78,77 +75,35 @@ pub enum Curvature {
 ///
 /// Constraints are expected in normalised form (of order one); DOT's documentation says the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
 pub struct MmfdOptions {
-    /// Where gradients come from.
-    pub gradient: GradientSource,
-    /// Ask for the gradient with every evaluation and skip the gradient phase where the accepted point's is known:
-    /// for models whose adjoint costs a few per cent of the value. Ignored with differences.
-    pub eager_gradients: bool,
-    /// Relative step of forward differences (FDCH).
-    #[serde(alias = "fdch")]
-    pub difference_step: f64,
-    /// Least absolute step of forward differences (FDCHM).
-    #[serde(alias = "fdchm")]
-    pub least_difference_step: f64,
+    /// What it has in common with others.
+    #[serde(flatten)]
+    pub descent: DescentOptions,
     /// A constraint is active from this negative value on (CT).
-    #[serde(alias = "ct")]
     pub active_from: f64,
-    /// A constraint is violated above this value (CTMIN).
-    #[serde(alias = "ctmin")]
-    pub violation_tolerance: f64,
-    /// Absolute change of the objective that counts as none (DABOBJ); `None`: max(1e-4 |F0|, 1e-20).
-    #[serde(alias = "dabobj")]
-    pub absolute_tolerance: Option<f64>,
-    /// Relative change of the objective that counts as none (DELOBJ).
-    #[serde(alias = "delobj")]
-    pub relative_tolerance: f64,
-    /// Consecutive iterations on which a change must count as none (ITRMOP).
-    #[serde(alias = "itrmop")]
-    pub consecutive: usize,
-    /// Most iterations (ITMAX).
-    #[serde(alias = "itmax")]
-    pub max_iterations: usize,
     /// Relative change of the objective that the first step aims at (DOBJ1).
-    #[serde(alias = "dobj1")]
     pub first_objective_change: f64,
     /// Largest relative change of a variable in the first step (DX1).
-    #[serde(alias = "dx1")]
     pub first_move: f64,
     /// Iterations between two updates of the variable scales (ISCAL); `None`: as many as variables; 0: no scaling.
-    #[serde(alias = "iscal")]
     pub scale_every: Option<usize>,
-    /// Consecutive infeasible iterations after which the search for a feasible design is given up.
-    pub infeasible_iterations: usize,
     /// Where directions are found in a metric learnt from the last moves (BFGS of the Lagrangian) instead of the
     /// variable scales.
     pub curvature: Curvature,
     /// Push-off from violated constraints (theta).
     pub push_off: f64,
-    /// A feasible run stops when it costs this many times what brought it to within 0.1 % of its best value; 0: never.
-    pub stall_factor: f64,
 }
 
 impl Default for MmfdOptions {
     fn default() -> Self {
         Self {
-            gradient: GradientSource::Model,
-            eager_gradients: false,
-            difference_step: 1e-3,
-            least_difference_step: 1e-4,
+            descent: DescentOptions::new(0.003, 1e-3),
             active_from: -0.03,
-            violation_tolerance: 0.003,
-            absolute_tolerance: None,
-            relative_tolerance: 1e-3,
-            consecutive: 2,
-            max_iterations: 100,
             first_objective_change: 0.1,
             first_move: 0.01,
             scale_every: None,
-            infeasible_iterations: 20,
             curvature: Curvature::Unconstrained,
             push_off: 1.0,
-            stall_factor: 3.0,
         }
     }
 }
@@ -213,9 +168,9 @@ impl OptimiserOptions {
     /// Above this violation a design does not count as feasible.
     pub fn violation_tolerance(&self) -> f64 {
         match self {
-            Self::Mmfd(options) => options.violation_tolerance,
-            Self::Gcmma(options) => options.violation_tolerance,
-            Self::Sqp(options) => options.violation_tolerance,
+            Self::Mmfd(options) => options.descent.violation_tolerance,
+            Self::Gcmma(options) => options.descent.violation_tolerance,
+            Self::Sqp(options) => options.descent.violation_tolerance,
             Self::CmaEs(options) => options.violation_tolerance,
             Self::RandomSearch(options) => options.violation_tolerance,
             Self::Sweep(options) => options.violation_tolerance,
@@ -247,43 +202,15 @@ impl OptimiserOptions {
 }
 
 impl MmfdOptions {
-    pub(super) fn common(&self) -> Common {
-        Common {
-            gradient: self.gradient,
-            eager_gradients: self.eager_gradients,
-            difference_step: self.difference_step,
-            least_difference_step: self.least_difference_step,
-            absolute_tolerance: self.absolute_tolerance,
-            absolute_share: 1e-4,
-            rules: Rules {
-                relative_tolerance: self.relative_tolerance,
-                consecutive: self.consecutive,
-                stall_factor: self.stall_factor,
-                violation_tolerance: self.violation_tolerance,
-            },
-        }
-    }
-
     /// Notes every option outside its range, under `path`.
     pub fn faults(&self, path: &str, faults: &mut Faults) {
+        self.descent.faults(path, faults);
         positive(
             path,
             &[
-                ("difference_step", self.difference_step),
-                ("least_difference_step", self.least_difference_step),
-                ("violation_tolerance", self.violation_tolerance),
                 ("first_objective_change", self.first_objective_change),
                 ("first_move", self.first_move),
                 ("push_off", self.push_off),
-            ],
-            faults,
-        );
-        not_negative(
-            path,
-            &[
-                ("relative_tolerance", self.relative_tolerance),
-                ("absolute_tolerance", self.absolute_tolerance.unwrap_or(0.0)),
-                ("stall_factor", self.stall_factor),
             ],
             faults,
         );
@@ -291,15 +218,7 @@ impl MmfdOptions {
             let message = format!("must be negative, found {}", self.active_from);
             faults.add(format!("{path}.active_from"), message);
         }
-        at_least_one(
-            path,
-            &[
-                ("consecutive", self.consecutive),
-                ("max_iterations", self.max_iterations),
-                ("infeasible_iterations", self.infeasible_iterations),
-            ],
-            faults,
-        );
+        at_least_one(path, &[], faults);
     }
 }
 

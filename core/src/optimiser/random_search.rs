@@ -109,9 +109,6 @@ impl Method for RandomSearch {
         }
     }
 
-    /// Every point is a mesh of its own: there is nothing to ask for again.
-    fn rebase(&mut self) {}
-
     fn screen(&mut self, refuses: &mut Refuses<'_>) {
         if self.screened {
             return;
@@ -132,10 +129,6 @@ impl Method for RandomSearch {
         self.done
     }
 
-    fn iterate(&self) -> Option<&Point> {
-        self.best.as_ref()
-    }
-
     fn best(&self) -> Option<&Point> {
         self.best.as_ref()
     }
@@ -144,19 +137,7 @@ impl Method for RandomSearch {
         self.batches
     }
 
-    fn at_iteration_boundary(&self) -> bool {
-        false
-    }
-
     fn analyses(&self) -> usize {
         self.analyses
-    }
-
-    fn gradients(&self) -> usize {
-        0
-    }
-
-    fn multipliers(&self) -> Vec<f64> {
-        Vec::new()
     }
 }

@@ -45,6 +45,16 @@ impl Gradient {
     }
 }
 
+/// Multipliers of the constraints from those of the rows: an equality's is the difference of its two rows'.
+pub(super) fn of_constraints(problem: &Problem, multipliers: &[f64]) -> Vec<f64> {
+    let mut told = vec![0.0; problem.constraints()];
+    for (row, multiplier) in multipliers.iter().enumerate() {
+        let (index, sign) = constraint(problem, row);
+        told[index] += sign * multiplier;
+    }
+    told
+}
+
 /// Number of one-sided rows.
 pub(super) fn count(problem: &Problem) -> usize {
     problem.inequalities + 2 * problem.equalities

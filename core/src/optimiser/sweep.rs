@@ -82,37 +82,15 @@ impl Method for Sweep {
         });
     }
 
-    fn rebase(&mut self) {}
-
     fn done(&self) -> Option<StopReason> {
         self.done
-    }
-
-    fn iterate(&self) -> Option<&Point> {
-        self.best.as_ref()
     }
 
     fn best(&self) -> Option<&Point> {
         self.best.as_ref()
     }
 
-    fn iteration(&self) -> usize {
-        0
-    }
-
-    fn at_iteration_boundary(&self) -> bool {
-        false
-    }
-
     fn analyses(&self) -> usize {
         self.analyses
-    }
-
-    fn gradients(&self) -> usize {
-        0
-    }
-
-    fn multipliers(&self) -> Vec<f64> {
-        Vec::new()
     }
 }

@@ -242,12 +242,4 @@ impl Method for CmaEs {
     fn analyses(&self) -> usize {
         self.analyses
     }
-
-    fn gradients(&self) -> usize {
-        0
-    }
-
-    fn multipliers(&self) -> Vec<f64> {
-        Vec::new()
-    }
 }

@@ -32,10 +32,12 @@ use super::{
     contract::{Ask, AskKind, Told},
     linearisation::{Linearisation, Pending},
     method::Method,
-    point::Point,
     problem::Problem,
     stop::StopReason,
 };
+
+/// Share of the first objective whose change counts as none.
+const ABSOLUTE_SHARE: f64 = 1e-8;
 
 /// What the run waits for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -81,7 +83,7 @@ impl Gcmma {
             options,
             phase: Phase::Linearise(Pending::start()),
             multipliers: vec![0.0; super::rows::count(&problem)],
-            here: Linearisation::new(problem, x0),
+            here: Linearisation::new(problem, x0, ABSOLUTE_SHARE),
             infeasible: 0,
         }
     }
@@ -89,9 +91,9 @@ impl Gcmma {
 
 impl Method for Gcmma {
     fn asks(&self) -> Vec<Ask> {
-        let common = self.options.common();
+        let common = &self.options.descent;
         match &self.phase {
-            Phase::Linearise(pending) => self.here.asks(pending, &common),
+            Phase::Linearise(pending) => self.here.asks(pending, common),
             Phase::Trial(trial) => {
                 vec![
                     self.here
@@ -107,7 +109,7 @@ impl Method for Gcmma {
         self.here.boundary = false;
         match self.phase.clone() {
             Phase::Linearise(pending) => {
-                let next = self.here.tell(pending, &self.options.common(), told);
+                let next = self.here.tell(pending, &self.options.descent, told);
                 self.follow(next);
             }
             Phase::Trial(trial) => self.told_trial(*trial, told),
@@ -125,6 +127,10 @@ impl Method for Gcmma {
         }
     }
 
+    fn here(&self) -> Option<&Linearisation> {
+        Some(&self.here)
+    }
+
     fn done(&self) -> Option<StopReason> {
         match self.phase {
             Phase::Done(reason) => Some(reason),
@@ -132,37 +138,7 @@ impl Method for Gcmma {
         }
     }
 
-    fn iterate(&self) -> Option<&Point> {
-        self.here.iterate.as_ref()
-    }
-
-    fn best(&self) -> Option<&Point> {
-        self.here.best.as_ref()
-    }
-
-    fn iteration(&self) -> usize {
-        self.here.iteration
-    }
-
-    fn at_iteration_boundary(&self) -> bool {
-        self.here.boundary && self.done().is_none()
-    }
-
-    fn analyses(&self) -> usize {
-        self.here.analyses
-    }
-
-    fn gradients(&self) -> usize {
-        self.here.gradients
-    }
-
-    /// One per constraint; an equality's is the difference of its two rows'.
     fn multipliers(&self) -> Vec<f64> {
-        let mut told = vec![0.0; self.here.problem.constraints()];
-        for (row, multiplier) in self.multipliers.iter().enumerate() {
-            let (index, sign) = super::rows::constraint(&self.here.problem, row);
-            told[index] += sign * multiplier;
-        }
-        told
+        super::rows::of_constraints(&self.here.problem, &self.multipliers)
     }
 }

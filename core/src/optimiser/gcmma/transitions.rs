@@ -117,7 +117,7 @@ impl Gcmma {
             return;
         }
         let violation = self.here.iterate.as_ref().map_or(0.0, |at| at.violation);
-        self.phase = Phase::Done(if violation > self.options.violation_tolerance {
+        self.phase = Phase::Done(if violation > self.options.descent.violation_tolerance {
             StopReason::NoFeasibleDesign {
                 iterations: self.infeasible,
                 violation,
@@ -137,7 +137,7 @@ impl Gcmma {
         let Some(iterate) = &self.here.iterate else {
             return f64::INFINITY;
         };
-        if iterate.violation > self.options.violation_tolerance {
+        if iterate.violation > self.options.descent.violation_tolerance {
             return f64::INFINITY;
         }
         let scale = model.functions[0].scale;
@@ -207,8 +207,8 @@ impl Gcmma {
 
     pub(super) fn told_trial(&mut self, trial: Trial, told: &[Told]) {
         let Some(model) = self.model() else { return };
-        let common = self.options.common();
-        let Some((point, gradient)) = self.here.told_point(trial.x.clone(), &common, told) else {
+        let common = &self.options.descent;
+        let Some((point, gradient)) = self.here.told_point(trial.x.clone(), common, told) else {
             self.trial_failed(trial);
             return;
         };
@@ -230,7 +230,7 @@ impl Gcmma {
         } else {
             // Nothing but a shorter step brings a tangent nearer to its equality.
             let strayed = |(row, found): (&Function, &f64)| {
-                row.linear && found * row.scale > self.options.violation_tolerance
+                row.linear && found * row.scale > self.options.descent.violation_tolerance
             };
             if model.functions.iter().zip(&found).any(strayed) {
                 self.asymptotes.failed(&step);
@@ -255,7 +255,7 @@ impl Gcmma {
 
     /// Whether a trial becomes the iterate: conservative approximations, or a good point whatever they said.
     fn accepts(&self, excess: &[f64], expected: f64, found: f64, point: &Point) -> bool {
-        let tolerance = self.options.violation_tolerance;
+        let tolerance = self.options.descent.violation_tolerance;
         if excess.iter().all(|excess| *excess <= ROUNDING) {
             return true;
         }
@@ -301,7 +301,7 @@ impl Gcmma {
         if let Some(reason) = self.reason_to_stop(&from, &to.clone()) {
             self.phase = Phase::Done(reason);
         } else {
-            let next = self.here.open(&self.options.common());
+            let next = self.here.open(&self.options.descent);
             self.follow(next);
         }
     }
@@ -313,9 +313,9 @@ impl Gcmma {
                 objective: to.objective,
             });
         }
-        if to.violation > options.violation_tolerance {
+        if to.violation > options.descent.violation_tolerance {
             self.infeasible += 1;
-            if self.infeasible >= options.infeasible_iterations {
+            if self.infeasible >= options.descent.infeasible_iterations {
                 return Some(StopReason::NoFeasibleDesign {
                     iterations: self.infeasible,
                     violation: to.violation,
@@ -324,17 +324,23 @@ impl Gcmma {
         } else {
             self.infeasible = 0;
         }
-        let common = options.common();
-        let cost = self.here.cost(&common);
+        let common = &options.descent;
+        let cost = self.here.cost(common);
         let ahead = match common.gradient {
             GradientSource::Differences => 1 + self.here.x.len(),
             GradientSource::Model => 2,
         };
         self.here
             .convergence
-            .close(&common.rules, from, to, self.here.iteration, [cost, ahead])
+            .close(
+                &common.rules(),
+                from,
+                to,
+                self.here.iteration,
+                [cost, ahead],
+            )
             .or(
-                (self.here.iteration >= self.options.max_iterations).then_some(
+                (self.here.iteration >= self.options.descent.max_iterations).then_some(
                     StopReason::IterationLimit {
                         iterations: self.here.iteration,
                     },

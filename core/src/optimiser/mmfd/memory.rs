@@ -142,7 +142,7 @@ impl Memory {
             Some(natural) => natural.min(10.0 * longest),
             None => alpha.max(LEAST_SHARE * longest).min(longest).max(1e-6),
         };
-        let tolerance = options.violation_tolerance;
+        let tolerance = options.descent.violation_tolerance;
         if feasible {
             // Not beyond the first boundary ahead, unless that is next to nothing.
             for (row, &slope) in direction.row_slopes.iter().enumerate() {
@@ -222,7 +222,7 @@ impl Memory {
             cost,
         } = closing;
         self.jams = 0;
-        let tolerance = options.violation_tolerance;
+        let tolerance = options.descent.violation_tolerance;
         let change = (to.objective - from.objective).abs();
         let both_feasible = from.violation <= tolerance && to.violation <= tolerance;
         if moved {
@@ -249,7 +249,7 @@ impl Memory {
         if to.violation > tolerance {
             self.infeasible += 1;
             self.phi = (10.0 * self.phi).min(LARGEST_PHI);
-            if self.infeasible >= options.infeasible_iterations {
+            if self.infeasible >= options.descent.infeasible_iterations {
                 return Some(StopReason::NoFeasibleDesign {
                     iterations: self.infeasible,
                     violation: to.violation,
@@ -259,14 +259,14 @@ impl Memory {
             self.infeasible = 0;
             self.phi = FIRST_PHI;
         }
-        let rules = options.common().rules;
+        let rules = options.descent.rules();
         if let Some(reason) = convergence.close(&rules, from, to, iteration, [cost, 0]) {
             return Some(reason);
         }
         if convergence.is_slow() {
             self.shrink(options);
         }
-        if iteration >= options.max_iterations {
+        if iteration >= options.descent.max_iterations {
             return Some(StopReason::IterationLimit {
                 iterations: iteration,
             });
@@ -276,9 +276,9 @@ impl Memory {
 
     /// Narrows the band of active rows: slow progress may be due to rows that are not yet at their boundary.
     fn shrink(&mut self, options: &MmfdOptions) {
-        let tolerance = options.violation_tolerance;
+        let tolerance = options.descent.violation_tolerance;
         let factor = (tolerance / options.active_from.abs())
-            .powf(1.0 / options.consecutive as f64)
+            .powf(1.0 / options.descent.consecutive as f64)
             .min(1.0);
         self.ct = -(self.ct.abs() * factor).max(tolerance);
     }

@@ -44,6 +44,9 @@ use super::{
     stop::StopReason,
 };
 
+/// Share of the first objective whose change counts as none.
+const ABSOLUTE_SHARE: f64 = 1e-4;
+
 /// What the run waits for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -84,7 +87,7 @@ impl Mmfd {
             phase: Phase::Linearise(Linearising::start()),
             departure: None,
             multipliers: vec![0.0; problem.constraints()],
-            here: Linearisation::new(problem, x0),
+            here: Linearisation::new(problem, x0, ABSOLUTE_SHARE),
         }
     }
 
@@ -111,8 +114,8 @@ impl Mmfd {
             gradient: self.here.gradient.as_ref()?,
             moves: self.moves(origin),
             scale: &self.memory.scale,
-            ctmin: self.options.violation_tolerance,
-            small_change: (self.options.relative_tolerance * origin.objective.abs())
+            ctmin: self.options.descent.violation_tolerance,
+            small_change: (self.options.descent.relative_tolerance * origin.objective.abs())
                 .max(self.here.convergence.absolute_tolerance),
         })
     }
@@ -120,9 +123,9 @@ impl Mmfd {
 
 impl Method for Mmfd {
     fn asks(&self) -> Vec<Ask> {
-        let common = self.options.common();
+        let common = &self.options.descent;
         match &self.phase {
-            Phase::Linearise(pending) => self.here.asks(pending, &common),
+            Phase::Linearise(pending) => self.here.asks(pending, common),
             Phase::Search(search) => {
                 let kind = match search.pending {
                     Pending::Trial { .. } => AskKind::Trial,
@@ -158,35 +161,15 @@ impl Method for Mmfd {
         }
     }
 
+    fn here(&self) -> Option<&Linearisation> {
+        Some(&self.here)
+    }
+
     fn done(&self) -> Option<StopReason> {
         match self.phase {
             Phase::Done(reason) => Some(reason),
             _ => None,
         }
-    }
-
-    fn iterate(&self) -> Option<&Point> {
-        self.here.iterate.as_ref()
-    }
-
-    fn best(&self) -> Option<&Point> {
-        self.here.best.as_ref()
-    }
-
-    fn iteration(&self) -> usize {
-        self.here.iteration
-    }
-
-    fn at_iteration_boundary(&self) -> bool {
-        self.here.boundary && self.done().is_none()
-    }
-
-    fn analyses(&self) -> usize {
-        self.here.analyses
-    }
-
-    fn gradients(&self) -> usize {
-        self.here.gradients
     }
 
     fn multipliers(&self) -> Vec<f64> {

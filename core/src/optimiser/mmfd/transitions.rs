@@ -17,7 +17,7 @@ use crate::optimiser::{
 impl Mmfd {
     pub(super) fn told_linearisation(&mut self, pending: Linearising, told: &[Told]) {
         let nearer = matches!(pending, Linearising::ModelGradient { backoff } if backoff > 0);
-        let next = self.here.tell(pending, &self.options.common(), told);
+        let next = self.here.tell(pending, &self.options.descent, told);
         if nearer && matches!(next, Next::Linearised) {
             self.memory.conjugacy = Conjugacy::default();
         }
@@ -56,7 +56,7 @@ impl Mmfd {
             self.here.iteration,
         );
         let g = rows::values(&self.here.problem, &iterate.constraints);
-        let feasible = iterate.violation <= self.options.violation_tolerance;
+        let feasible = iterate.violation <= self.options.descent.violation_tolerance;
         let metric = Metric::of(self.moves(iterate), &self.memory.scale);
         let frozen = self.memory.frozen(self.here.iteration);
         loop {
@@ -69,7 +69,7 @@ impl Mmfd {
                 metric: &metric,
                 frozen: &frozen,
                 ct: self.memory.ct,
-                ctmin: self.options.violation_tolerance,
+                ctmin: self.options.descent.violation_tolerance,
                 phi: self.memory.phi,
                 push_off: self.options.push_off,
                 stationary: 0.1 * self.here.convergence.absolute_tolerance,
@@ -102,7 +102,7 @@ impl Mmfd {
                 }
                 Found::NotComplementary => {
                     self.memory.ct =
-                        -(0.3 * self.memory.ct.abs()).max(self.options.violation_tolerance);
+                        -(0.3 * self.memory.ct.abs()).max(self.options.descent.violation_tolerance);
                 }
                 Found::None => {
                     self.phase = Phase::Done(StopReason::NoFeasibleDesign {
@@ -119,7 +119,7 @@ impl Mmfd {
         let Some(x) = self.setting().map(|setting| search.x(&setting)) else {
             return;
         };
-        let outcome = self.here.told_point(x, &self.options.common(), told);
+        let outcome = self.here.told_point(x, &self.options.descent, told);
         let Some(setting) = self.setting() else {
             return;
         };
@@ -152,7 +152,7 @@ impl Mmfd {
                 to,
                 moved,
                 iteration: self.here.iteration,
-                cost: self.here.cost(&self.options.common()),
+                cost: self.here.cost(&self.options.descent),
             };
             self.memory
                 .close(&self.options, &mut self.here.convergence, &closing)
@@ -167,7 +167,7 @@ impl Mmfd {
         } else if let Some(reason) = reason {
             self.phase = Phase::Done(reason);
         } else {
-            let next = self.here.open(&self.options.common());
+            let next = self.here.open(&self.options.descent);
             self.follow(next);
         }
     }

@@ -31,11 +31,13 @@ use super::{
     contract::{Ask, AskKind, Told},
     linearisation::{Linearisation, Pending},
     method::Method,
-    point::Point,
     problem::Problem,
     rows,
     stop::StopReason,
 };
+
+/// Share of the first objective whose change counts as none.
+const ABSOLUTE_SHARE: f64 = 1e-8;
 
 /// What the run waits for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -130,7 +132,7 @@ impl Sqp {
             frame,
             options,
             phase: Phase::Linearise(Pending::start()),
-            here: Linearisation::new(problem, x0),
+            here: Linearisation::new(problem, x0, ABSOLUTE_SHARE),
             hessian: None,
             learnt: false,
             merit: Merit::new(rows),
@@ -148,9 +150,9 @@ impl Sqp {
 
 impl Method for Sqp {
     fn asks(&self) -> Vec<Ask> {
-        let common = self.options.common();
+        let common = &self.options.descent;
         match &self.phase {
-            Phase::Linearise(pending) => self.here.asks(pending, &common),
+            Phase::Linearise(pending) => self.here.asks(pending, common),
             Phase::Trial(trial) => {
                 let kind = match trial.place {
                     Place::Corrected => AskKind::Return,
@@ -167,7 +169,7 @@ impl Method for Sqp {
         self.here.boundary = false;
         match self.phase.clone() {
             Phase::Linearise(pending) => {
-                let next = self.here.tell(pending, &self.options.common(), told);
+                let next = self.here.tell(pending, &self.options.descent, told);
                 self.follow(next);
             }
             Phase::Trial(trial) => self.told_trial(*trial, told),
@@ -186,6 +188,10 @@ impl Method for Sqp {
         }
     }
 
+    fn here(&self) -> Option<&Linearisation> {
+        Some(&self.here)
+    }
+
     fn done(&self) -> Option<StopReason> {
         match self.phase {
             Phase::Done(reason) => Some(reason),
@@ -193,37 +199,7 @@ impl Method for Sqp {
         }
     }
 
-    fn iterate(&self) -> Option<&Point> {
-        self.here.iterate.as_ref()
-    }
-
-    fn best(&self) -> Option<&Point> {
-        self.here.best.as_ref()
-    }
-
-    fn iteration(&self) -> usize {
-        self.here.iteration
-    }
-
-    fn at_iteration_boundary(&self) -> bool {
-        self.here.boundary && self.done().is_none()
-    }
-
-    fn analyses(&self) -> usize {
-        self.here.analyses
-    }
-
-    fn gradients(&self) -> usize {
-        self.here.gradients
-    }
-
-    /// One per constraint; an equality's is the difference of its two rows'.
     fn multipliers(&self) -> Vec<f64> {
-        let mut told = vec![0.0; self.here.problem.constraints()];
-        for (row, multiplier) in self.multipliers.iter().enumerate() {
-            let (index, sign) = rows::constraint(&self.here.problem, row);
-            told[index] += sign * multiplier;
-        }
-        told
+        rows::of_constraints(&self.here.problem, &self.multipliers)
     }
 }

@@ -174,7 +174,7 @@ impl Sqp {
         };
         let hessian = self.matrix(&local);
         let solution = Self::solve(&hessian, &local, &local.values);
-        let feasible = iterate.violation <= self.options.violation_tolerance;
+        let feasible = iterate.violation <= self.options.descent.violation_tolerance;
         if !self.merit.restoring && !solution.relaxed {
             self.multipliers.clone_from(&solution.multipliers);
         }
@@ -268,7 +268,7 @@ impl Sqp {
         failed: usize,
     ) {
         let violation = iterate.violation;
-        if violation > self.options.violation_tolerance {
+        if violation > self.options.descent.violation_tolerance {
             if self.merit.restoring {
                 self.phase = Phase::Done(StopReason::NoFeasibleDesign {
                     iterations: self.infeasible,
@@ -339,11 +339,11 @@ impl Sqp {
     }
 
     pub(super) fn told_trial(&mut self, trial: Trial, told: &[Told]) {
-        let common = self.options.common();
+        let common = &self.options.descent;
         let Some(iterate) = self.here.iterate.clone() else {
             return;
         };
-        let answer = self.here.told_point(trial.x.clone(), &common, told);
+        let answer = self.here.told_point(trial.x.clone(), common, told);
         if trial.place == Place::Nudged {
             self.told_nudge(&iterate, answer);
             return;
@@ -402,7 +402,7 @@ impl Sqp {
             .iter()
             .zip(&local.values)
             .any(|(corrected, tangent)| {
-                (corrected - tangent).abs() > self.options.violation_tolerance
+                (corrected - tangent).abs() > self.options.descent.violation_tolerance
             });
         let solution = strayed.then(|| Self::solve(hessian, &local, &values))?;
         let x = self
@@ -422,7 +422,7 @@ impl Sqp {
             .iterate
             .as_ref()
             .map_or(0.0, |at| at.objective.abs());
-        let worth = LEAST_GAIN * self.options.relative_tolerance * objective;
+        let worth = LEAST_GAIN * self.options.descent.relative_tolerance * objective;
         if trial.refused >= MOST_REFUSED || x == self.here.x || -part * trial.slope < worth {
             self.close_iteration(None, &trial);
             return;
@@ -441,12 +441,12 @@ impl Sqp {
         let least = self.here.convergence.absolute_tolerance;
         match answer {
             Some((point, gradient))
-                if point.violation <= self.options.violation_tolerance
+                if point.violation <= self.options.descent.violation_tolerance
                     && point.objective < iterate.objective - least =>
             {
                 self.here.move_to(point, gradient);
                 self.here.iteration += 1;
-                let next = self.here.open(&self.options.common());
+                let next = self.here.open(&self.options.descent);
                 self.follow(next);
             }
             _ => self.phase = Phase::Done(StopReason::KuhnTucker { residual: 0.0 }),
@@ -490,7 +490,7 @@ impl Sqp {
         self.jams += 1;
         self.here.iteration += 1;
         if self.jams > MOST_JAMS.min(self.frame.len() - 1)
-            || self.here.iteration >= self.options.max_iterations
+            || self.here.iteration >= self.options.descent.max_iterations
         {
             self.phase = Phase::Done(StopReason::Blocked {
                 directions: self.jams,
@@ -538,7 +538,7 @@ impl Sqp {
         let Some(to) = self.here.iterate.clone() else {
             return;
         };
-        if to.violation <= self.options.violation_tolerance {
+        if to.violation <= self.options.descent.violation_tolerance {
             if self.merit.restoring {
                 self.merit.restoring = false;
                 self.hessian = None;
@@ -557,7 +557,7 @@ impl Sqp {
         if let Some(reason) = self.reason_to_stop(&from, &to, moved, whole) {
             self.phase = Phase::Done(reason);
         } else {
-            let next = self.here.open(&self.options.common());
+            let next = self.here.open(&self.options.descent);
             self.follow(next);
         }
     }
@@ -576,9 +576,9 @@ impl Sqp {
                 objective: to.objective,
             });
         }
-        if to.violation > options.violation_tolerance {
+        if to.violation > options.descent.violation_tolerance {
             self.infeasible += 1;
-            if self.infeasible >= options.infeasible_iterations {
+            if self.infeasible >= options.descent.infeasible_iterations {
                 return Some(StopReason::NoFeasibleDesign {
                     iterations: self.infeasible,
                     violation: to.violation,
@@ -587,20 +587,20 @@ impl Sqp {
         } else {
             self.infeasible = 0;
         }
-        let common = options.common();
-        let cost = self.here.cost(&common);
+        let common = &options.descent;
+        let cost = self.here.cost(common);
         let ahead = match common.gradient {
             GradientSource::Differences => 1 + self.frame.len(),
             GradientSource::Model => 2,
         };
         let reason = self.here.convergence.close(
-            &common.rules,
+            &common.rules(),
             from,
             to,
             self.here.iteration,
             [cost, ahead],
         );
-        let limit = (self.here.iteration >= self.options.max_iterations).then_some(
+        let limit = (self.here.iteration >= self.options.descent.max_iterations).then_some(
             StopReason::IterationLimit {
                 iterations: self.here.iteration,
             },

@@ -5,7 +5,7 @@ use super::{
     run::{options, run},
 };
 use crate::optimiser::{
-    GcmmaOptions, GradientSource, OptimiserOptions, SqpOptions, nnls, vector::norm,
+    DescentOptions, GcmmaOptions, GradientSource, OptimiserOptions, SqpOptions, nnls, vector::norm,
 };
 
 /// |grad f + A' lambda| with the best lambda >= 0 over the constraints and bounds within 0.003 of being active.
@@ -45,13 +45,19 @@ fn methods() -> Vec<(GradientSource, OptimiserOptions)> {
     let sources = [GradientSource::Model, GradientSource::Differences];
     // Small changes of the objective say less about conditions here than where curvature is known.
     let asymptotes = |gradient| GcmmaOptions {
-        gradient,
-        relative_tolerance: 1e-7,
-        stall_factor: 0.0,
+        descent: DescentOptions {
+            gradient,
+            relative_tolerance: 1e-7,
+            stall_factor: 0.0,
+            ..GcmmaOptions::default().descent
+        },
         ..GcmmaOptions::default()
     };
     let quadratic = |gradient| SqpOptions {
-        gradient,
+        descent: DescentOptions {
+            gradient,
+            ..SqpOptions::default().descent
+        },
         ..SqpOptions::default()
     };
     sources

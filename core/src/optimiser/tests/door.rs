@@ -2,7 +2,8 @@
 
 use super::cases::named;
 use crate::optimiser::{
-    MmfdOptions, OptimiserOptions, Problem, StartError, StopReason, SweepOptions, Told, start, step,
+    CmaEsOptions, DescentOptions, GcmmaOptions, MmfdOptions, OptimiserOptions, Problem, SqpOptions,
+    StartError, StopReason, SweepOptions, Told, start, step,
 };
 
 #[test]
@@ -53,19 +54,22 @@ fn a_sweep_keeps_the_best_feasible_point_and_tolerates_failures() {
 }
 
 #[test]
-fn options_are_read_with_defaults_and_unknown_fields_refused() {
-    let read = |text: &str| serde_json::from_str::<OptimiserOptions>(text);
-    let plain = read(r#"{"method": "mmfd"}"#).expect("defaults");
-    assert_eq!(plain, OptimiserOptions::Mmfd(MmfdOptions::default()));
-    let dot = read(r#"{"method": "mmfd", "gradient": "differences", "fdch": 0.01, "itmax": 7}"#)
-        .expect("DOT's names");
-    let OptimiserOptions::Mmfd(dot) = dot else {
-        panic!("a method of feasible directions")
-    };
-    assert_eq!((dot.difference_step, dot.max_iterations), (0.01, 7));
-    assert!(read(r#"{"method": "mmfd", "itmaxx": 7}"#).is_err());
-    assert!(read(r#"{"method": "sweep", "points": [[1.0]]}"#).is_ok());
-    assert!(read(r#"{"method": "annealing"}"#).is_err());
+fn options_survive_their_document() {
+    let methods: [OptimiserOptions; 5] = [
+        MmfdOptions::default().into(),
+        GcmmaOptions::default().into(),
+        SqpOptions::default().into(),
+        CmaEsOptions::default().into(),
+        OptimiserOptions::Sweep(SweepOptions::default()),
+    ];
+    for options in methods {
+        let text = serde_json::to_string(&options).expect("JSON");
+        assert_eq!(
+            serde_json::from_str::<OptimiserOptions>(&text).ok(),
+            Some(options)
+        );
+    }
+    assert!(serde_json::from_str::<OptimiserOptions>(r#"{"method": "annealing"}"#).is_err());
 }
 
 #[test]
@@ -113,9 +117,12 @@ fn bad_starts_are_refused_with_their_numbers() {
     };
     assert_eq!(refused(mmfd(), none, Vec::new()), StartError::NoVariables);
     let wrong = MmfdOptions {
+        descent: DescentOptions {
+            difference_step: -1.0,
+            max_iterations: 0,
+            ..MmfdOptions::default().descent
+        },
         active_from: 0.1,
-        difference_step: -1.0,
-        max_iterations: 0,
         ..MmfdOptions::default()
     };
     let StartError::Options(faults) =

@@ -6,8 +6,8 @@
 //! is 100.
 
 use crate::optimiser::{
-    GcmmaOptions, MmfdOptions, OptimiserOptions, Problem, SqpOptions, Told, Values, rebase, start,
-    step,
+    DescentOptions, GcmmaOptions, MmfdOptions, OptimiserOptions, Problem, SqpOptions, Told, Values,
+    rebase, start, step,
 };
 
 const N: usize = 16;
@@ -130,19 +130,28 @@ fn race(
 #[test]
 fn ninety_nine_per_cent_of_the_growth_in_thirty_evaluations() {
     let gcmma = |first_move, globalise| GcmmaOptions {
-        eager_gradients: true,
+        descent: DescentOptions {
+            eager_gradients: true,
+            ..GcmmaOptions::default().descent
+        },
         first_move,
         globalise,
         ..GcmmaOptions::default()
     };
     let mmfd = MmfdOptions {
-        eager_gradients: true,
+        descent: DescentOptions {
+            eager_gradients: true,
+            ..MmfdOptions::default().descent
+        },
         first_objective_change: 1.0,
         first_move: 0.1,
         ..MmfdOptions::default()
     };
     let sqp = |first_move| SqpOptions {
-        eager_gradients: true,
+        descent: DescentOptions {
+            eager_gradients: true,
+            ..SqpOptions::default().descent
+        },
         first_move,
         ..SqpOptions::default()
     };

@@ -2,8 +2,8 @@
 
 use super::run::options;
 use crate::optimiser::{
-    Ask, GcmmaOptions, GradientSource, OptimiserOptions, OptimiserState, Problem, SqpOptions,
-    StopReason, Told, Values, start, step,
+    Ask, DescentOptions, GcmmaOptions, GradientSource, OptimiserOptions, OptimiserState, Problem,
+    SqpOptions, StopReason, Told, Values, start, step,
 };
 
 type Row = (f64, Vec<f64>);
@@ -203,11 +203,17 @@ fn odd_problems_are_solved_by_every_method_with_gradients() {
     for odd in odd() {
         for gradient in [GradientSource::Model, GradientSource::Differences] {
             let gcmma = GcmmaOptions {
-                gradient,
+                descent: DescentOptions {
+                    gradient,
+                    ..GcmmaOptions::default().descent
+                },
                 ..GcmmaOptions::default()
             };
             let sqp = SqpOptions {
-                gradient,
+                descent: DescentOptions {
+                    gradient,
+                    ..SqpOptions::default().descent
+                },
                 ..SqpOptions::default()
             };
             let methods: [(&str, OptimiserOptions, f64); 3] = [

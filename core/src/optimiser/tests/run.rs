@@ -2,8 +2,8 @@
 
 use super::cases::Case;
 use crate::optimiser::{
-    Ask, Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions, OptimiserState,
-    SqpOptions, StopReason, Told, start, step,
+    Ask, Curvature, DescentOptions, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions,
+    OptimiserState, SqpOptions, StopReason, Told, start, step,
 };
 
 /// A run and what it asked for.
@@ -16,7 +16,10 @@ pub(super) struct Run {
 
 pub(super) fn options(gradient: GradientSource) -> MmfdOptions {
     MmfdOptions {
-        gradient,
+        descent: DescentOptions {
+            gradient,
+            ..MmfdOptions::default().descent
+        },
         ..MmfdOptions::default()
     }
 }
@@ -24,26 +27,38 @@ pub(super) fn options(gradient: GradientSource) -> MmfdOptions {
 /// Every method, in the forms that differ in their phases.
 pub(super) fn variants() -> Vec<OptimiserOptions> {
     let asymptotes = |gradient, eager_gradients, globalise| GcmmaOptions {
-        gradient,
-        eager_gradients,
+        descent: DescentOptions {
+            gradient,
+            eager_gradients,
+            ..GcmmaOptions::default().descent
+        },
         globalise,
         ..GcmmaOptions::default()
     };
     let quadratic = |gradient, eager_gradients| SqpOptions {
-        gradient,
-        eager_gradients,
+        descent: DescentOptions {
+            gradient,
+            eager_gradients,
+            ..SqpOptions::default().descent
+        },
         ..SqpOptions::default()
     };
     vec![
         options(GradientSource::Model).into(),
         options(GradientSource::Differences).into(),
         MmfdOptions {
-            eager_gradients: true,
+            descent: DescentOptions {
+                eager_gradients: true,
+                ..options(GradientSource::Model).descent
+            },
             ..options(GradientSource::Model)
         }
         .into(),
         MmfdOptions {
-            eager_gradients: true,
+            descent: DescentOptions {
+                eager_gradients: true,
+                ..options(GradientSource::Model).descent
+            },
             curvature: Curvature::Always,
             ..options(GradientSource::Model)
         }

@@ -4,11 +4,13 @@ use super::restarts::read_points;
 use super::step::MAX_EVALUATIONS;
 use crate::document::{Node, Object};
 use crate::optimiser::{
-    CmaEsOptions, Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions,
-    RandomSearchOptions, SqpOptions, SweepOptions,
+    CmaEsOptions, Curvature, DescentOptions, GcmmaOptions, GradientSource, MmfdOptions,
+    OptimiserOptions, RandomSearchOptions, SqpOptions, SweepOptions,
 };
 
 pub(super) const MAX_POINTS: usize = 100_000;
+/// Of any count of iterations.
+const MOST: usize = 1_000_000;
 
 /// Lower and upper bounds of a step's variables.
 pub type Bounds = (Vec<f64>, Vec<f64>);
@@ -55,6 +57,37 @@ impl Gradients {
             Some(source)
         })
     }
+
+    /// Reads what the methods that follow gradients have in common.
+    fn read_descent(self, object: &Object<'_>, default: &DescentOptions) -> Option<DescentOptions> {
+        let number = |name: &str, default: f64| object.or(name, default, Node::number);
+        let count = |name: &str, default: usize| object.or(name, default, |n| n.count(1, MOST));
+        // Every field is read before the first missing one ends the reading.
+        let gradient = self.read(object);
+        let eager_gradients = object.or("eager_gradients", self.chambers, Node::boolean);
+        let difference_step = number("difference_step", default.difference_step);
+        let least_difference_step = number("least_difference_step", default.least_difference_step);
+        let violation_tolerance = number("violation_tolerance", default.violation_tolerance);
+        let absolute_tolerance = object.optional("absolute_tolerance", Node::number);
+        let relative_tolerance = number("relative_tolerance", default.relative_tolerance);
+        let consecutive = count("consecutive", default.consecutive);
+        let max_iterations = count("max_iterations", default.max_iterations);
+        let infeasible_iterations = count("infeasible_iterations", default.infeasible_iterations);
+        let stall_factor = number("stall_factor", default.stall_factor);
+        Some(DescentOptions {
+            gradient: gradient?,
+            eager_gradients: eager_gradients?,
+            difference_step: difference_step?,
+            least_difference_step: least_difference_step?,
+            violation_tolerance: violation_tolerance?,
+            absolute_tolerance: absolute_tolerance?,
+            relative_tolerance: relative_tolerance?,
+            consecutive: consecutive?,
+            max_iterations: max_iterations?,
+            infeasible_iterations: infeasible_iterations?,
+            stall_factor: stall_factor?,
+        })
+    }
 }
 
 /// Reads `optimiser` for a finite-element model, whose units have `of_unit` corner variables, or for a program (`None`), which
@@ -92,36 +125,42 @@ pub fn read_optimiser(
     Some(options)
 }
 
+/// Names of [`DescentOptions`].
+const DESCENT: [&str; 11] = [
+    "gradient",
+    "eager_gradients",
+    "difference_step",
+    "least_difference_step",
+    "violation_tolerance",
+    "absolute_tolerance",
+    "relative_tolerance",
+    "consecutive",
+    "max_iterations",
+    "infeasible_iterations",
+    "stall_factor",
+];
+
+/// Faults fields that neither all methods that follow gradients have, nor this one.
+fn allow(object: &Object<'_>, own: &[&str]) {
+    object.allow(&[&["method"], &DESCENT[..], own].concat());
+}
+
 fn read_mmfd(object: &Object<'_>, gradients: Gradients) -> Option<MmfdOptions> {
-    object.allow(&[
-        "method",
-        "gradient",
-        "eager_gradients",
-        "curvature",
-        "difference_step",
-        "least_difference_step",
-        "active_from",
-        "violation_tolerance",
-        "absolute_tolerance",
-        "relative_tolerance",
-        "consecutive",
-        "max_iterations",
-        "first_objective_change",
-        "first_move",
-        "scale_every",
-        "infeasible_iterations",
-        "push_off",
-        "stall_factor",
-    ]);
-    let default = MmfdOptions {
-        eager_gradients: gradients.chambers,
-        ..MmfdOptions::default()
-    };
-    let gradient = gradients.read(object);
+    allow(
+        object,
+        &[
+            "curvature",
+            "active_from",
+            "first_objective_change",
+            "first_move",
+            "scale_every",
+            "push_off",
+        ],
+    );
+    let default = MmfdOptions::default();
     let number = |name: &str, default: f64| object.or(name, default, Node::number);
-    let count = |name: &str, default: usize| object.or(name, default, |n| n.count(1, 1_000_000));
     // Every field is read before the first missing one ends the reading.
-    let eager_gradients = object.or("eager_gradients", default.eager_gradients, Node::boolean);
+    let descent = gradients.read_descent(object, &default.descent);
     let curvature = object.or("curvature", default.curvature, |n| {
         n.choice(&[
             ("never", Curvature::Never),
@@ -129,149 +168,54 @@ fn read_mmfd(object: &Object<'_>, gradients: Gradients) -> Option<MmfdOptions> {
             ("always", Curvature::Always),
         ])
     });
-    let difference_step = number("difference_step", default.difference_step);
-    let least_difference_step = number("least_difference_step", default.least_difference_step);
     let active_from = number("active_from", default.active_from);
-    let violation_tolerance = number("violation_tolerance", default.violation_tolerance);
-    let absolute_tolerance = object.optional("absolute_tolerance", Node::number);
-    let relative_tolerance = number("relative_tolerance", default.relative_tolerance);
-    let consecutive = count("consecutive", default.consecutive);
-    let max_iterations = count("max_iterations", default.max_iterations);
     let first_objective_change = number("first_objective_change", default.first_objective_change);
     let first_move = number("first_move", default.first_move);
     let scale_every = object.optional("scale_every", |n| n.count(0, 1_000_000));
-    let infeasible_iterations = count("infeasible_iterations", default.infeasible_iterations);
     let push_off = number("push_off", default.push_off);
-    let stall_factor = number("stall_factor", default.stall_factor);
     Some(MmfdOptions {
-        gradient: gradient?,
-        eager_gradients: eager_gradients?,
+        descent: descent?,
         curvature: curvature?,
-        difference_step: difference_step?,
-        least_difference_step: least_difference_step?,
         active_from: active_from?,
-        violation_tolerance: violation_tolerance?,
-        absolute_tolerance: absolute_tolerance?,
-        relative_tolerance: relative_tolerance?,
-        consecutive: consecutive?,
-        max_iterations: max_iterations?,
         first_objective_change: first_objective_change?,
         first_move: first_move?,
         scale_every: scale_every?,
-        infeasible_iterations: infeasible_iterations?,
         push_off: push_off?,
-        stall_factor: stall_factor?,
     })
 }
 
 fn read_gcmma(object: &Object<'_>, gradients: Gradients) -> Option<GcmmaOptions> {
-    object.allow(&[
-        "method",
-        "gradient",
-        "eager_gradients",
-        "difference_step",
-        "least_difference_step",
-        "globalise",
-        "violation_tolerance",
-        "absolute_tolerance",
-        "relative_tolerance",
-        "consecutive",
-        "stationarity_tolerance",
-        "max_iterations",
-        "first_move",
-        "infeasible_iterations",
-        "stall_factor",
-    ]);
-    let default = GcmmaOptions {
-        eager_gradients: gradients.chambers,
-        ..GcmmaOptions::default()
-    };
+    allow(
+        object,
+        &["globalise", "stationarity_tolerance", "first_move"],
+    );
+    let default = GcmmaOptions::default();
     let number = |name: &str, default: f64| object.or(name, default, Node::number);
-    let count = |name: &str, default: usize| object.or(name, default, |n| n.count(1, 1_000_000));
     // Every field is read before the first missing one ends the reading.
-    let gradient = gradients.read(object);
-    let eager_gradients = object.or("eager_gradients", default.eager_gradients, Node::boolean);
-    let difference_step = number("difference_step", default.difference_step);
-    let least_difference_step = number("least_difference_step", default.least_difference_step);
+    let descent = gradients.read_descent(object, &default.descent);
     let globalise = object.or("globalise", default.globalise, Node::boolean);
-    let violation_tolerance = number("violation_tolerance", default.violation_tolerance);
-    let absolute_tolerance = object.optional("absolute_tolerance", Node::number);
-    let relative_tolerance = number("relative_tolerance", default.relative_tolerance);
-    let consecutive = count("consecutive", default.consecutive);
     let stationarity_tolerance = number("stationarity_tolerance", default.stationarity_tolerance);
-    let max_iterations = count("max_iterations", default.max_iterations);
     let first_move = number("first_move", default.first_move);
-    let infeasible_iterations = count("infeasible_iterations", default.infeasible_iterations);
-    let stall_factor = number("stall_factor", default.stall_factor);
     Some(GcmmaOptions {
-        gradient: gradient?,
-        eager_gradients: eager_gradients?,
-        difference_step: difference_step?,
-        least_difference_step: least_difference_step?,
+        descent: descent?,
         globalise: globalise?,
-        violation_tolerance: violation_tolerance?,
-        absolute_tolerance: absolute_tolerance?,
-        relative_tolerance: relative_tolerance?,
-        consecutive: consecutive?,
         stationarity_tolerance: stationarity_tolerance?,
-        max_iterations: max_iterations?,
         first_move: first_move?,
-        infeasible_iterations: infeasible_iterations?,
-        stall_factor: stall_factor?,
     })
 }
 
 fn read_sqp(object: &Object<'_>, gradients: Gradients) -> Option<SqpOptions> {
-    object.allow(&[
-        "method",
-        "gradient",
-        "eager_gradients",
-        "difference_step",
-        "least_difference_step",
-        "violation_tolerance",
-        "absolute_tolerance",
-        "relative_tolerance",
-        "consecutive",
-        "stationarity_tolerance",
-        "max_iterations",
-        "first_move",
-        "infeasible_iterations",
-        "stall_factor",
-    ]);
-    let default = SqpOptions {
-        eager_gradients: gradients.chambers,
-        ..SqpOptions::default()
-    };
+    allow(object, &["stationarity_tolerance", "first_move"]);
+    let default = SqpOptions::default();
     let number = |name: &str, default: f64| object.or(name, default, Node::number);
-    let count = |name: &str, default: usize| object.or(name, default, |n| n.count(1, 1_000_000));
     // Every field is read before the first missing one ends the reading.
-    let gradient = gradients.read(object);
-    let eager_gradients = object.or("eager_gradients", default.eager_gradients, Node::boolean);
-    let difference_step = number("difference_step", default.difference_step);
-    let least_difference_step = number("least_difference_step", default.least_difference_step);
-    let violation_tolerance = number("violation_tolerance", default.violation_tolerance);
-    let absolute_tolerance = object.optional("absolute_tolerance", Node::number);
-    let relative_tolerance = number("relative_tolerance", default.relative_tolerance);
-    let consecutive = count("consecutive", default.consecutive);
+    let descent = gradients.read_descent(object, &default.descent);
     let stationarity_tolerance = number("stationarity_tolerance", default.stationarity_tolerance);
-    let max_iterations = count("max_iterations", default.max_iterations);
     let first_move = number("first_move", default.first_move);
-    let infeasible_iterations = count("infeasible_iterations", default.infeasible_iterations);
-    let stall_factor = number("stall_factor", default.stall_factor);
     Some(SqpOptions {
-        gradient: gradient?,
-        eager_gradients: eager_gradients?,
-        difference_step: difference_step?,
-        least_difference_step: least_difference_step?,
-        violation_tolerance: violation_tolerance?,
-        absolute_tolerance: absolute_tolerance?,
-        relative_tolerance: relative_tolerance?,
-        consecutive: consecutive?,
+        descent: descent?,
         stationarity_tolerance: stationarity_tolerance?,
-        max_iterations: max_iterations?,
         first_move: first_move?,
-        infeasible_iterations: infeasible_iterations?,
-        stall_factor: stall_factor?,
     })
 }
 

@@ -2,8 +2,8 @@
 
 use crate::optimiser::published::Case;
 use crate::optimiser::{
-    CmaEsOptions, Curvature, GcmmaOptions, GradientSource, MmfdOptions, OptimiserOptions,
-    RandomSearchOptions, SqpOptions,
+    CmaEsOptions, Curvature, DescentOptions, GcmmaOptions, GradientSource, MmfdOptions,
+    OptimiserOptions, RandomSearchOptions, SqpOptions,
 };
 
 /// What the cost of a method is measured by.
@@ -42,7 +42,10 @@ pub const METHODS: [Method; 7] = [
         may_fail: &[],
         options: |gradient, _| {
             MmfdOptions {
-                gradient,
+                descent: DescentOptions {
+                    gradient,
+                    ..MmfdOptions::default().descent
+                },
                 ..MmfdOptions::default()
             }
             .into()
@@ -56,7 +59,10 @@ pub const METHODS: [Method; 7] = [
         may_fail: &[],
         options: |gradient, _| {
             MmfdOptions {
-                gradient,
+                descent: DescentOptions {
+                    gradient,
+                    ..MmfdOptions::default().descent
+                },
                 curvature: Curvature::Always,
                 ..MmfdOptions::default()
             }
@@ -98,7 +104,10 @@ pub const METHODS: [Method; 7] = [
         may_fail: &[],
         options: |gradient, _| {
             SqpOptions {
-                gradient,
+                descent: DescentOptions {
+                    gradient,
+                    ..SqpOptions::default().descent
+                },
                 ..SqpOptions::default()
             }
             .into()
@@ -127,7 +136,10 @@ const MOST_BY_VALUES: usize = 10;
 
 fn asymptotes(gradient: GradientSource, many_optima: bool, globalise: bool) -> GcmmaOptions {
     let default = GcmmaOptions {
-        gradient,
+        descent: DescentOptions {
+            gradient,
+            ..GcmmaOptions::default().descent
+        },
         globalise,
         ..GcmmaOptions::default()
     };
@@ -135,15 +147,21 @@ fn asymptotes(gradient: GradientSource, many_optima: bool, globalise: bool) -> G
         default
     } else {
         GcmmaOptions {
-            infeasible_iterations: 100,
+            descent: DescentOptions {
+                infeasible_iterations: 100,
+                ..default.descent.clone()
+            },
             ..default
         }
     };
     if many_optima {
         // Small changes of the objective say less about conditions here than where curvature is known.
         GcmmaOptions {
-            relative_tolerance: 1e-7,
-            stall_factor: 0.0,
+            descent: DescentOptions {
+                relative_tolerance: 1e-7,
+                stall_factor: 0.0,
+                ..default.descent.clone()
+            },
             ..default
         }
     } else {

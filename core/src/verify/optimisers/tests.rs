@@ -39,8 +39,11 @@ fn a_run_that_is_cut_short_fails() {
     let short = Method {
         options: |gradient, _| {
             crate::optimiser::SqpOptions {
-                gradient,
-                max_iterations: 2,
+                descent: crate::optimiser::DescentOptions {
+                    gradient,
+                    max_iterations: 2,
+                    ..crate::optimiser::SqpOptions::default().descent
+                },
                 ..crate::optimiser::SqpOptions::default()
             }
             .into()
