@@ -475,7 +475,26 @@ impl<'a> Analysis<'a> {
             ));
         }
         lines.push(table(&header, &rows));
+        lines.extend(self.first_order());
         lines
+    }
+
+    /// How near the ends of the starts are to optima.
+    fn first_order(&self) -> Vec<String> {
+        let line = |named: &Named<'_>| {
+            let residuals = named.step.first_order_residuals();
+            let median = residuals.get(residuals.len() / 2)?;
+            let met = |to: f64| residuals.iter().filter(|r| **r <= to).count();
+            Some(format!(
+                "{}: first-order conditions at the best design of {} starts: met to 1e-3 of the objective's gradient by {}, to 1e-2 by {}; median {}",
+                named.label,
+                residuals.len(),
+                met(1e-3),
+                met(1e-2),
+                number(Some(*median))
+            ))
+        };
+        self.studies.iter().filter_map(line).collect()
     }
 }
 

@@ -4,6 +4,8 @@
 mod conditions;
 mod figures;
 
+use std::borrow::Cow;
+
 use salp_core::analysis::{Sample, Trace};
 use salp_core::geometry::Point;
 use salp_core::scene::Goal;
@@ -14,7 +16,9 @@ use serde::{Deserialize, Serialize};
 pub use conditions::{Conditions, Difference, differences};
 pub use figures::{Analysis, Named};
 
+use crate::run::active::first_order_residual;
 use crate::run::document::Results;
+use crate::run::steps;
 
 /// Name of the file in a report folder.
 pub const FILE: &str = "restarts.json";
@@ -60,6 +64,10 @@ pub struct StartRun {
     pub evaluations: u64,
     /// [CPU time so far (s), best objective that counts] where the best changes.
     pub best: Vec<[f64; 2]>,
+    /// By how much the best design misses the first-order conditions, a share of the objective's gradient; `None` where
+    /// there is none, or none with gradients.
+    #[serde(default)]
+    pub first_order_residual: Option<f64>,
 }
 
 impl StudyRestarts {
@@ -125,8 +133,25 @@ impl StepRestarts {
                 }
             }
         }
+        let given = results.view.steps.get(step).map_or_else(
+            || Cow::Borrowed(study),
+            |view| study.given(step, &steps::inputs(view).given),
+        );
+        let residual = |restarts: &[usize], best: f64| {
+            let row = results.ledger.iter().find(|row| {
+                row.step == step
+                    && restarts.contains(&row.restart)
+                    && row.fidelity.is_none()
+                    && row.objective == Some(best)
+            })?;
+            first_order_residual(&given, step, &row.x, row.outcome.as_ref()?)
+        };
         let told = |(_, trace, run): (_, Trace, StartRun)| StartRun {
             cpu_s: trace.total(),
+            first_order_residual: trace
+                .steps()
+                .last()
+                .and_then(|(_, best)| residual(&run.restarts, *best)),
             best: trace
                 .steps()
                 .iter()
@@ -165,6 +190,15 @@ impl StepRestarts {
             before: self.before_cpu_s,
             runs: self.runs.iter().map(trace).collect(),
         }
+    }
+
+    /// By how much the best design of each start misses the first-order conditions, the nearest first; starts without
+    /// gradients are left out.
+    pub fn first_order_residuals(&self) -> Vec<f64> {
+        let runs = self.runs.iter();
+        let mut residuals: Vec<f64> = runs.filter_map(|run| run.first_order_residual).collect();
+        residuals.sort_by(f64::total_cmp);
+        residuals
     }
 
     /// Number of restarts; each start has one for each sense.

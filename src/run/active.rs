@@ -51,17 +51,32 @@ struct ActiveRow {
     multiplier: Option<f64>,
 }
 
+/// By how much an outcome with gradients misses the first-order conditions at its design, a share of the objective's gradient.
+pub fn first_order_residual(
+    study: &Study,
+    step: usize,
+    x: &[f64],
+    outcome: &Outcome,
+) -> Option<f64> {
+    let problem = study.problem(step).ok()?;
+    Some(conditions(&problem, x, &values(outcome)?, ACTIVE_FROM)?.residual)
+}
+
+fn values(outcome: &Outcome) -> Option<Values> {
+    Some(Values {
+        objective: outcome.objective?,
+        constraints: outcome.constraints.clone(),
+        gradient: outcome.gradient.clone(),
+        constraint_gradients: outcome.constraint_gradients.clone(),
+    })
+}
+
 impl ActiveLimits {
     /// Of the outcome at a design; multipliers where it has gradients.
     pub fn of(study: &Study, step: usize, x: &[f64], outcome: &Outcome) -> Option<Self> {
         let problem = study.problem(step).ok()?;
         let names = study.constraint_names(step).ok()?;
-        let values = Values {
-            objective: outcome.objective?,
-            constraints: outcome.constraints.clone(),
-            gradient: outcome.gradient.clone(),
-            constraint_gradients: outcome.constraint_gradients.clone(),
-        };
+        let values = values(outcome)?;
         let conditions = conditions(&problem, x, &values, ACTIVE_FROM);
         let active: Vec<(usize, Option<f64>)> = match &conditions {
             Some(found) => found.active.iter().map(|(i, m)| (*i, Some(*m))).collect(),

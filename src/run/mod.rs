@@ -1,7 +1,7 @@
 //! `salp run`: a whole study on this machine. The coordinator runs in this process on a SQLite file in DIR, workers are
 //! child processes, and a report is written at the end. The same study in the same DIR goes on where it was.
 
-mod active;
+pub mod active;
 mod coordinator;
 pub mod document;
 mod folder;
@@ -10,7 +10,7 @@ mod page;
 mod progress;
 pub mod report;
 pub mod reproduce;
-mod steps;
+pub mod steps;
 mod sweep;
 mod winner;
 mod workers;

@@ -117,6 +117,9 @@ pub fn summary(played: &[Played], quick: bool, out: &Path) -> (Value, String) {
         // Minus the area: 2 % less of it.
         let target = best * (1.0 - WITHIN);
         let reference = played.first().map(|arm| arm.sample(tip));
+        let first_arrives = reference.as_ref().is_some_and(|reference| {
+            ExpectedCost::of(reference, target, Resampling::default()).hits > 0
+        });
         let mut rows = Vec::new();
         let mut told = Vec::new();
         for arm in played {
@@ -140,7 +143,11 @@ pub fn summary(played: &[Played], quick: bool, out: &Path) -> (Value, String) {
                 bounded(cost.expected),
                 ends(cost.interval),
                 ratio.as_ref().map_or(String::new(), |r| {
-                    format!("{} ({})", bounded(r.ratio), ends(r.interval))
+                    if first_arrives {
+                        format!("{} ({})", bounded(r.ratio), ends(r.interval))
+                    } else {
+                        "the first arm never came there".to_owned()
+                    }
                 }),
             ]);
             told.push(json!({
