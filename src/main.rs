@@ -19,6 +19,7 @@ mod numerical_error;
 mod output;
 mod parallel;
 mod race;
+mod raster;
 mod reduce;
 mod report;
 mod restarts;

@@ -62,6 +62,11 @@ pub fn note(line: &str) {
 
 /// Writes a file, its folder created if need be. Readers see the old file or the new one, never a part.
 pub fn write_file(path: &Path, content: &str) -> Result<(), Failure> {
+    write_bytes(path, content.as_bytes())
+}
+
+/// The same of bytes.
+pub fn write_bytes(path: &Path, content: &[u8]) -> Result<(), Failure> {
     let failed = |doing| {
         move |source| Failure::File {
             doing,

@@ -75,6 +75,7 @@ fn what_reads_conforms() {
     for name in [
         "paper-hierarchical",
         "asymmetric-bending",
+        "best-area",
         "direct",
         "rectangles",
         "bend-90",

@@ -16,6 +16,7 @@ use crate::failure::Failure;
 use crate::numbers::Numbers;
 use crate::output::{note, number, table, write_file};
 use crate::parallel::cores;
+use crate::raster::write_picture;
 use crate::run::document::Results;
 use crate::run::{Ended, Setting, steps, winner};
 use arms::{Arm, arms};
@@ -81,7 +82,7 @@ impl Reproduction<'_> {
             None => None,
         };
         if let Some(svg) = realised.as_ref().and_then(|r| r.svg.as_ref()) {
-            write_file(&out.join(format!("fig-8-{}.svg", arm.id)), svg)?;
+            write_picture(&out.join(format!("fig-8-{}.svg", arm.id)), svg)?;
         }
         Ok(Row {
             arm,
@@ -107,7 +108,7 @@ impl Reproduction<'_> {
                 &format!("fig-7-{id}.svg"),
             )?;
         }
-        write_file(&out.join("fig-10.svg"), &self.fig_10(rows))?;
+        write_picture(&out.join("fig-10.svg"), &self.fig_10(rows))?;
         write_file(&out.join("fig-10.csv"), &csv::curve(&all_curves(rows)))?;
         let table_3 = table_3(rows);
         let results = results(rows);
@@ -377,7 +378,7 @@ fn machine() -> String {
 /// Copies a figure that a study's report has; one that is not there is left out.
 fn copy(out: &Path, from: &str, to: &str) -> Result<(), Failure> {
     match std::fs::read_to_string(out.join(from)) {
-        Ok(text) => write_file(&out.join(to), &text),
+        Ok(text) => write_picture(&out.join(to), &text),
         Err(_) => Ok(()),
     }
 }

@@ -16,6 +16,7 @@ use serde_json::Value;
 use crate::failure::Failure;
 use crate::output::{note, write_file};
 use crate::parallel::in_parallel;
+use crate::raster::write_picture;
 use crate::run::Setting;
 use crate::run::reproduce::realised::{TIPS, WHOLE, on};
 use arms::{ARMS, Arm, PARENT};
@@ -166,7 +167,7 @@ impl Question<'_> {
     fn tell(&self, played: &[Played]) -> Result<(Value, String), Failure> {
         for (tip, unit) in TIPS.iter().enumerate() {
             let figure = tell::figure(played, tip, self.quick);
-            write_file(&self.out.join(format!("unit-{unit}.svg")), &figure.0)?;
+            write_picture(&self.out.join(format!("unit-{unit}.svg")), &figure.0)?;
             write_file(&self.out.join(format!("unit-{unit}.csv")), &figure.1)?;
         }
         let (document, text) = tell::summary(played, self.quick, self.out);
