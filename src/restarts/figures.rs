@@ -449,7 +449,11 @@ impl<'a> Analysis<'a> {
                 if i > 0 {
                     let r = ratio(sample, &self.samples[0], *target, self.resampling);
                     let [from, to] = r.interval.map(infinite);
-                    row.push(format!("{} ({from} to {to})", infinite(r.ratio)));
+                    row.push(if expected.first().is_some_and(|first| first.hits == 0) {
+                        "the first never came there".to_owned()
+                    } else {
+                        format!("{} ({from} to {to})", infinite(r.ratio))
+                    });
                 }
             }
             rows.push(row);

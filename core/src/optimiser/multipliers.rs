@@ -11,8 +11,9 @@ use super::vector::norm;
 
 /// A bound at or beyond this counts as none.
 const NO_BOUND: f64 = 1e20;
-/// A variable this close to a bound, as a part of their distance, is at it.
-const AT_BOUND: f64 = 1e-9;
+/// A variable this close to a bound, as a part of their distance, is at it: methods of asymptotes end near their bounds, at 1e-8 to 1e-6,
+/// not on them.
+const AT_BOUND: f64 = 1e-5;
 
 /// What holds at a point.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,6 +129,10 @@ mod tests {
         assert_eq!(found.active.len(), 1);
         assert!((found.active[0].1 - 2.0).abs() < 1e-12 && found.active[0].0 == 0);
         assert!(found.residual < 1e-12);
+        // As methods end that stay inside their bounds.
+        let inside = conditions(&problem, &[1.0, 1.0, 1e-7], &values, 0.01).unwrap();
+        assert_eq!(inside.at_bounds, 1);
+        assert!(inside.residual < 1e-12);
         // Away from the optimum the conditions do not hold, and say by how much.
         let away = Values {
             gradient: Some(vec![3.0, 2.0, 3.0]),
