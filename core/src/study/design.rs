@@ -40,7 +40,7 @@ impl StudyActuator {
 }
 
 impl Variables {
-    /// Bounds; `None` where they depend on an actuator that is not there. `direct`: all its units are free.
+    /// Bounds; `None` where they depend on an actuator that is not there, or on what other steps give. `direct`: all its units are free.
     pub(super) fn bounds(&self, body: Option<&StudyBody>, direct: bool) -> Option<Bounds> {
         match self {
             Self::Bounds { lower, upper } => Some((lower.clone(), upper.clone())),
@@ -53,6 +53,8 @@ impl Variables {
                         boxes.bounds().map(|of_unit| of_unit.repeat(units))
                     }
                     Parametrisation::Rectangle => boxes.rectangle_bounds().map(Vec::from),
+                    // The alphabet is that of the step.
+                    Parametrisation::Sequence => return None,
                 };
                 Some((lower, upper))
             }
@@ -84,10 +86,15 @@ impl Study {
     pub fn variables(&self, step: usize) -> Result<DesignVariables, StudyError> {
         let s = self.step(step)?;
         let body = self.body_of(step)?;
-        let (lower, upper) = s
-            .variables
-            .bounds(body.as_deref(), s.model.is_direct())
-            .ok_or(StudyError::NoChambers { step })?;
+        let (lower, upper) = if s.variables.are_letters() {
+            let units = self.free_units(step)?;
+            let last = self.letters(step)?.saturating_sub(1) as f64;
+            (vec![0.0; units], vec![last; units])
+        } else {
+            s.variables
+                .bounds(body.as_deref(), s.model.is_direct())
+                .ok_or(StudyError::NoChambers { step })?
+        };
         let names = match s.variables {
             Variables::Bounds { .. } => (1..=lower.len()).map(|k| format!("x{k}")).collect(),
             Variables::Chambers { parametrisation } => match parametrisation {
@@ -96,6 +103,9 @@ impl Study {
                     corner_names(units, lower.len() / units)
                 }
                 Parametrisation::Rectangle => vec!["width".into(), "height".into()],
+                Parametrisation::Sequence => (1..=lower.len())
+                    .map(|unit| format!("unit{unit}"))
+                    .collect(),
             },
         };
         Ok(DesignVariables {
@@ -161,6 +171,7 @@ impl Study {
                 Ok(body.actuator.boxes().rectangles([*width, *height]))
             }
             (Parametrisation::Rectangle, _) => Err(wrong(2)),
+            (Parametrisation::Sequence, x) => self.corners_of_sequence(step, x),
             (Parametrisation::Corners, x) => {
                 let expected = body.actuator.boxes().variables() * self.free_units(step)?;
                 if x.len() == expected {
@@ -300,6 +311,7 @@ impl Study {
         let (body, parametrisation) = self.parametrisation(step)?;
         Ok(match parametrisation {
             Parametrisation::Corners => corner_gradient.to_vec(),
+            Parametrisation::Sequence => return Err(StudyError::Discrete { step }),
             Parametrisation::Rectangle => {
                 let mut gradient = vec![0.0; 2];
                 for (g, row) in corner_gradient
@@ -372,7 +384,8 @@ impl Study {
         Ok(self.geometry_values(step, &start)?.len())
     }
 
-    /// A void of twice the centre clearance (1 x 1 mm in the paper) at the centre of every chamber's domain.
+    /// A void of twice the centre clearance (1 x 1 mm in the paper) at the centre of every chamber's domain; of sequences the
+    /// first letter everywhere.
     pub(super) fn paper_start(&self, step: usize) -> Result<Vec<f64>, StudyError> {
         let (body, parametrisation) = self.parametrisation(step)?;
         Ok(match parametrisation {
@@ -381,6 +394,7 @@ impl Study {
                 of_unit.repeat(self.free_units(step)?)
             }
             Parametrisation::Rectangle => vec![2.0 * body.actuator.centre_clearance_mm; 2],
+            Parametrisation::Sequence => vec![0.0; self.free_units(step)?],
         })
     }
 }

@@ -115,7 +115,7 @@ pub struct StudyStep {
     pub constraints: StepConstraints,
     /// Who chooses the next design.
     pub optimiser: OptimiserOptions,
-    /// Where it starts; a sweep has no starts.
+    /// Where it starts; a sweep and an exchange descent have no starts.
     #[serde(skip_serializing_if = "Restarts::is_empty")]
     pub restarts: Restarts,
     /// When it must end at the latest.
@@ -298,6 +298,8 @@ pub enum Parametrisation {
     Corners,
     /// `[width, height]`: two equal rectangles, each at its domain's centre.
     Rectangle,
+    /// One index for each free unit, from 0, into the units that the step takes from others as its alphabet.
+    Sequence,
 }
 
 /// What must hold, feasible when <= 0.
@@ -422,6 +424,14 @@ pub const LEAST_DISTANCE: f64 = 0.01;
 pub struct Budget {
     /// Evaluations of the step, shared equally between its restarts so that the outcome does not depend on who is first.
     pub evaluations: Option<usize>,
+}
+
+impl Variables {
+    /// Whether they are the letters of a sequence of units.
+    pub fn are_letters(&self) -> bool {
+        let sequence = Parametrisation::Sequence;
+        matches!(self, Self::Chambers { parametrisation } if *parametrisation == sequence)
+    }
 }
 
 impl FeModel {

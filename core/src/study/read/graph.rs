@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use crate::document::Object;
 use crate::optimiser::OptimiserOptions;
+use crate::study::sequence::most_letters;
 use crate::study::spec::{Model, Parametrisation, StartKind, StudyBody, StudyStep, Variables};
-use crate::study::takes::{Pass, Simplification, TakenAs};
+use crate::study::takes::{Pass, Simplification, Take, TakenAs};
 
 /// Notes every fault of the graph, and fills in how many candidates are taken where the document does not say it.
 pub fn check_graph(
@@ -102,6 +103,10 @@ impl Graph<'_> {
     /// Designs are taken exactly where the optimiser wants them, and every free unit gets one.
     fn designs(&mut self, steps: &[StudyStep], i: usize) {
         let step = &steps[i];
+        if step.variables.are_letters() {
+            self.letters(steps, i);
+            return;
+        }
         let sweeps = matches!(&step.optimiser, OptimiserOptions::Sweep(_));
         let wanted = match &step.optimiser {
             OptimiserOptions::Sweep(options) => options.points.is_empty(),
@@ -176,6 +181,44 @@ impl Graph<'_> {
                     missing.join(", ")
                 ),
             );
+        }
+    }
+
+    /// The units of sequences are there, and enough of them.
+    fn letters(&mut self, steps: &[StudyStep], i: usize) {
+        let step = &steps[i];
+        let of_designs = |t: &Take| matches!(t.taken_as, TakenAs::Starts | TakenAs::Geometry);
+        if let Some(k) = step.takes.iter().position(of_designs) {
+            self.fault(
+                &format!("step[{i}].takes[{k}].as"),
+                "a sequence is made of units of other steps: take them as \"alphabet\"".into(),
+            );
+            return;
+        }
+        let whole = self.body.map_or(1, |body| body.actuator.units);
+        let offered = most_letters(steps, step, whole);
+        if offered < 2 {
+            self.fault(
+                &format!("step[{i}].takes"),
+                format!(
+                    "a sequence needs two units at least, taken as \"alphabet\" (keeps of their steps, candidates); found {offered}"
+                ),
+            );
+        }
+        for (k, take) in step.takes.iter().enumerate() {
+            let Some(source) = steps.iter().find(|s| s.id == take.step) else {
+                continue;
+            };
+            let free = if source.model.is_direct() {
+                self.units(source)
+            } else {
+                1
+            };
+            let of_alphabet = take.taken_as == TakenAs::Alphabet;
+            if let Some(unit) = take.units.iter().find(|u| of_alphabet && **u > free) {
+                let message = format!("step \"{}\" designs {free}, not unit {unit}", take.step);
+                self.fault(&format!("step[{i}].takes[{k}].units"), message);
+            }
         }
     }
 
@@ -269,7 +312,11 @@ fn has_not(taken_as: TakenAs, step: &StudyStep, other: &StudyStep) -> Option<Str
         TakenAs::Layout if !chambers(&step.model) || matches!(step.model, Model::FeLayouts(_)) => {
             Some("only a chain of units takes a layout".into())
         }
-        TakenAs::Layout if !chambers(&other.model) => {
+        TakenAs::Alphabet if !step.variables.are_letters() => Some(
+            "only sequences have an alphabet: variables = { parametrisation = \"sequence\" }"
+                .into(),
+        ),
+        TakenAs::Layout | TakenAs::Alphabet if !chambers(&other.model) => {
             Some(format!("step \"{}\" has no chambers", other.id))
         }
         TakenAs::Behaviour if !matches!(step.model, Model::FeLayouts(_)) => {
@@ -279,7 +326,7 @@ fn has_not(taken_as: TakenAs, step: &StudyStep, other: &StudyStep) -> Option<Str
             "step \"{}\" asks for no transformations: its model is none of \"linear_transform\" and \"constant_strain\"",
             other.id
         )),
-        TakenAs::Layout | TakenAs::Behaviour => None,
+        TakenAs::Layout | TakenAs::Behaviour | TakenAs::Alphabet => None,
         TakenAs::Starts | TakenAs::Geometry => match (&other.model, &step.model) {
             (Model::FeDirect(_), Model::FeCascade(_)) => Some(format!(
                 "the units of step \"{}\" differ from each other, and here all are copies of one",

@@ -38,10 +38,15 @@ pub fn read_variables(node: &Node<'_>, kind: Kind, model: Option<&Model>) -> Opt
             let parametrisation = n.choice(&[
                 ("corners", Parametrisation::Corners),
                 ("rectangle", Parametrisation::Rectangle),
+                ("sequence", Parametrisation::Sequence),
             ])?;
             n.expect(
-                kind != Kind::FeDirect || parametrisation == Parametrisation::Corners,
+                kind != Kind::FeDirect || parametrisation != Parametrisation::Rectangle,
                 "\"rectangle\" describes one unit that is repeated; with \"fe_direct\" each unit has its own corners",
+            )?;
+            n.expect(
+                kind == Kind::FeDirect || parametrisation != Parametrisation::Sequence,
+                "a sequence says of each unit which one it is: only \"fe_direct\" has units of their own",
             )?;
             Some(parametrisation)
         })?;

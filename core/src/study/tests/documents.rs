@@ -19,7 +19,7 @@ optimiser = { method = "mmfd", gradient = "model", difference_step = 1e-3, max_i
 restarts = { start = "given", points = [[1.0, 1.0]] }
 "#;
 
-const EXAMPLES: [&str; 7] = [
+const EXAMPLES: [&str; 8] = [
     "paper-hierarchical",
     "asymmetric-bending",
     "direct",
@@ -27,6 +27,7 @@ const EXAMPLES: [&str; 7] = [
     "bend-90",
     "follow-path",
     "three-bar-truss",
+    "mixed",
 ];
 
 #[test]

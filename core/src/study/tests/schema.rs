@@ -80,6 +80,7 @@ fn what_reads_conforms() {
         "bend-90",
         "follow-path",
         "three-bar-truss",
+        "mixed",
     ] {
         assert!(conforms(&schema, &example(name)), "{name}");
         assert!(
