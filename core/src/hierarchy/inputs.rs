@@ -75,7 +75,7 @@ pub fn inputs(
                     rank,
                     candidate,
                     units: if chambers {
-                        other.unit_corners(source, &candidate.x)?
+                        units_for(&own, step, &other, (source, candidate))?
                     } else {
                         vec![candidate.x.clone()]
                     },
@@ -129,7 +129,7 @@ fn alphabet(
             if other.layout_of(source, &candidate.x)? != own.layout(step) {
                 continue;
             }
-            let units = other.unit_corners(source, &candidate.x)?;
+            let units = units_for(&own, step, &other, (source, candidate))?;
             for (unit, corners) in (1..).zip(units) {
                 let is_taken = take.units.is_empty() || take.units.contains(&unit);
                 let is_near = |other: &Letter| {
@@ -146,6 +146,20 @@ fn alphabet(
         }
     }
     Ok(letters)
+}
+
+/// Chamber corners of each free unit of a candidate, as many for each chamber as the step has that takes it.
+fn units_for(
+    own: &Study,
+    step: usize,
+    other: &Study,
+    (source, candidate): (usize, &Candidate),
+) -> Result<Vec<Vec<f64>>, StudyError> {
+    let body = own.body_of(step)?.ok_or(StudyError::NoChambers { step })?;
+    let boxes = body.actuator.boxes();
+    let units = other.unit_corners(source, &candidate.x)?.into_iter();
+    let fitted = units.map(|unit| boxes.with_these_corners(&unit).unwrap_or(unit));
+    Ok(fitted.collect())
 }
 
 fn taken_from(take: &Take, rank: usize, candidate: &Candidate) -> TakenFrom {

@@ -9,7 +9,7 @@ use super::spec::{
     StudyStep, Variables,
 };
 use crate::fault::Faults;
-use crate::geometry::{Actuator, LayoutBoxes, Point, cascade, units_of_design};
+use crate::geometry::{Actuator, ChamberCorners, LayoutBoxes, Point, cascade};
 use crate::scene::measure::{Bound, Goal, Measure};
 use crate::scene::{ActuatorBody, Body, Orientation, Probe, Scene};
 
@@ -32,6 +32,7 @@ impl StudyActuator {
     pub fn boxes(&self) -> LayoutBoxes {
         LayoutBoxes {
             layout: self.layout,
+            corners: self.corners,
             unit_mm: self.unit_mm,
             wall_mm: self.wall_mm,
             clearance_mm: self.centre_clearance_mm,
@@ -40,13 +41,30 @@ impl StudyActuator {
 }
 
 impl Variables {
+    /// Whether they are the letters of a sequence of units.
+    pub fn are_letters(&self) -> bool {
+        let sequence = Parametrisation::Sequence;
+        matches!(self, Self::Chambers { parametrisation, .. } if *parametrisation == sequence)
+    }
+
+    /// Corners of each chamber where the step has its own number of them.
+    pub fn corners(&self) -> Option<ChamberCorners> {
+        match self {
+            Self::Chambers { corners, .. } => *corners,
+            Self::Bounds { .. } => None,
+        }
+    }
+
     /// Bounds; `None` where they depend on an actuator that is not there, or on what other steps give. `direct`: all its units are free.
     pub(super) fn bounds(&self, body: Option<&StudyBody>, direct: bool) -> Option<Bounds> {
         match self {
             Self::Bounds { lower, upper } => Some((lower.clone(), upper.clone())),
-            Self::Chambers { parametrisation } => {
+            Self::Chambers {
+                parametrisation, ..
+            } => {
                 let actuator = &body?.actuator;
-                let boxes = actuator.boxes();
+                let mut boxes = actuator.boxes();
+                boxes.corners = self.corners().unwrap_or(boxes.corners);
                 let [lower, upper] = match parametrisation {
                     Parametrisation::Corners => {
                         let units = if direct { actuator.units } else { 1 };
@@ -97,7 +115,9 @@ impl Study {
         };
         let names = match s.variables {
             Variables::Bounds { .. } => (1..=lower.len()).map(|k| format!("x{k}")).collect(),
-            Variables::Chambers { parametrisation } => match parametrisation {
+            Variables::Chambers {
+                parametrisation, ..
+            } => match parametrisation {
                 Parametrisation::Corners => {
                     let units = self.free_units(step)?;
                     corner_names(units, lower.len() / units)
@@ -115,7 +135,7 @@ impl Study {
         })
     }
 
-    /// The shared part as a step has it: with its own number of units, with the layout that it was given. `None` where every
+    /// The shared part as a step has it: with its own numbers of units and of corners, with the layout that it was given. `None` where every
     /// step is a program.
     ///
     /// # Errors
@@ -127,12 +147,15 @@ impl Study {
         };
         let units = s.model.units().unwrap_or(body.actuator.units);
         let layout = s.given.layout.unwrap_or(body.actuator.layout);
-        if (units, layout) == (body.actuator.units, body.actuator.layout) {
+        let corners = s.variables.corners().unwrap_or(body.actuator.corners);
+        let of_body = &body.actuator;
+        if (units, layout, corners) == (of_body.units, of_body.layout, of_body.corners) {
             return Ok(Some(Cow::Borrowed(body)));
         }
         let mut body = body.clone();
         body.actuator.units = units;
         body.actuator.layout = layout;
+        body.actuator.corners = corners;
         Ok(Some(Cow::Owned(body)))
     }
 
@@ -189,7 +212,9 @@ impl Study {
     ) -> Result<(Cow<'_, StudyBody>, Parametrisation), StudyError> {
         let (body, s, _) = self.chambers(step)?;
         match s.variables {
-            Variables::Chambers { parametrisation } => Ok((body, parametrisation)),
+            Variables::Chambers {
+                parametrisation, ..
+            } => Ok((body, parametrisation)),
             Variables::Bounds { .. } => Err(StudyError::NoChambers { step }),
         }
     }
@@ -200,8 +225,7 @@ impl Study {
         let (body, s, _) = self.chambers(step)?;
         let unit_mm = body.actuator.unit_mm;
         let corner_radius_mm = body.actuator.corner_radius_mm;
-        let variables_per_unit = body.actuator.boxes().variables();
-        let units = units_of_design(&corners, variables_per_unit).unwrap_or_default();
+        let units = body.actuator.boxes().units(&corners).unwrap_or_default();
         if s.model.is_direct() {
             return Ok(Actuator {
                 unit_mm,

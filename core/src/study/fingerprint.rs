@@ -14,6 +14,8 @@ use crate::optimiser::AskKind;
 /// The variables of free units.
 const CORNERS: Variables = Variables::Chambers {
     parametrisation: Parametrisation::Corners,
+    // The body says how many.
+    corners: None,
 };
 
 /// One line of a restart's history, in the optimiser's order.
@@ -91,9 +93,13 @@ impl EvaluationRequest {
     pub fn key(&self, study: &Study, build: &str) -> Result<String, StudyError> {
         let study = &*study.given(self.step, &self.given);
         let step = study.step(self.step)?;
-        // A sequence is the free units that it stands for, whatever its alphabet is.
+        // A sequence is the free units that it stands for, whatever its alphabet is; it does not matter where the document says how
+        // many corners a chamber has.
         let variables = match &step.variables {
-            letters if letters.are_letters() => &CORNERS,
+            Variables::Chambers {
+                parametrisation: Parametrisation::Corners | Parametrisation::Sequence,
+                ..
+            } => &CORNERS,
             others => others,
         };
         let mut hash = Sha256::new();

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::document::Object;
+use crate::geometry::ChamberCorners;
 use crate::optimiser::OptimiserOptions;
 use crate::study::sequence::most_letters;
 use crate::study::spec::{Model, Parametrisation, StartKind, StudyBody, StudyStep, Variables};
@@ -82,7 +83,9 @@ impl Graph<'_> {
                 );
                 self.fault(&format!("{path}.step"), message);
             }
-            if let Some(complaint) = has_not(take.taken_as, step, other) {
+            let complaint = has_not(take.taken_as, step, other)
+                .or_else(|| self.corners_lost(take.taken_as, step, other));
+            if let Some(complaint) = complaint {
                 self.fault(&format!("{path}.as"), complaint);
             }
             if take.candidates > other.keeps {
@@ -98,6 +101,24 @@ impl Graph<'_> {
                 *candidates = keeps;
             }
         }
+    }
+
+    /// Quadrilaterals are hexagons too, but not the other way round.
+    fn corners_lost(&self, taken: TakenAs, step: &StudyStep, other: &StudyStep) -> Option<String> {
+        let of_body = self.body?.actuator.corners;
+        let corners = |s: &StudyStep| s.variables.corners().unwrap_or(of_body);
+        let chambers = matches!(
+            taken,
+            TakenAs::Starts | TakenAs::Geometry | TakenAs::Alphabet
+        );
+        let lost =
+            chambers && corners(other) == ChamberCorners::Six && corners(step) != corners(other);
+        lost.then(|| {
+            format!(
+                "chambers of step \"{}\" have six corners, those of this one four",
+                other.id
+            )
+        })
     }
 
     /// Designs are taken exactly where the optimiser wants them, and every free unit gets one.
@@ -248,7 +269,8 @@ impl Graph<'_> {
                     let symmetric = matches!(
                         step.variables,
                         Variables::Chambers {
-                            parametrisation: Parametrisation::Rectangle
+                            parametrisation: Parametrisation::Rectangle,
+                            ..
                         }
                     );
                     (!symmetric).then(|| {
@@ -340,7 +362,8 @@ fn has_not(taken_as: TakenAs, step: &StudyStep, other: &StudyStep) -> Option<Str
                 let rectangle = matches!(
                     step.variables,
                     Variables::Chambers {
-                        parametrisation: Parametrisation::Rectangle
+                        parametrisation: Parametrisation::Rectangle,
+                        ..
                     }
                 );
                 rectangle.then(|| {

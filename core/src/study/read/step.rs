@@ -108,6 +108,7 @@ pub fn read_step(
         ) => Some(read_bounds_of(model)),
         (None, _) if chambers => Some(Variables::Chambers {
             parametrisation: Parametrisation::Corners,
+            corners: None,
         }),
         (None, _) if kind == Kind::Command => {
             step.fault(
@@ -147,7 +148,9 @@ pub fn read_step(
     let bounds = variables
         .as_ref()
         .and_then(|v| v.bounds(body, kind == Kind::FeDirect));
-    let boxes = body.map_or(LayoutBoxes::PAPER, |b| b.actuator.boxes());
+    let mut boxes = body.map_or(LayoutBoxes::PAPER, |b| b.actuator.boxes());
+    let own = variables.as_ref().and_then(Variables::corners);
+    boxes.corners = own.unwrap_or(boxes.corners);
     let of_unit = chambers.then(|| boxes.variables());
     let optimiser = step
         .required("optimiser")

@@ -149,6 +149,8 @@ fn what_does_not_conform_does_not_read() {
         "name=7",
         "actuator.units=0",
         "actuator.wall_mm=-2",
+        "actuator.corners=5",
+        "step[0].variables.corners=8",
         "material.c10_mpa=-1",
         "material.fit_stretch=1",
         "unit_materials=[7]",
