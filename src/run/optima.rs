@@ -17,6 +17,8 @@ const LISTED: usize = 5;
 /// A design in the list.
 pub struct Listed {
     x: Vec<f64>,
+    /// Of a sequence of units which is which, from 1.
+    sequence: Option<Vec<usize>>,
     objective: f64,
     max_violation: Option<f64>,
     constraints: Option<Vec<f64>>,
@@ -69,6 +71,7 @@ pub fn of_step(
                 half_width: second.map(|second| band_half_width(objective, second)),
                 max_violation: row.and_then(|row| row.max_violation),
                 constraints: row.and_then(|row| Some(row.outcome.as_ref()?.constraints.clone())),
+                sequence: given.sequence(step, &x),
                 x,
                 objective,
                 restart,
@@ -103,6 +106,7 @@ impl Listed {
         self.handed_on.then(|| {
             json!({
                 "x": self.x,
+                "sequence": self.sequence,
                 "objective": self.objective,
                 "constraints": self.constraints,
                 "max_violation": self.max_violation,
@@ -135,7 +139,11 @@ pub fn tables(study: &Study, results: &Results) -> Vec<String> {
             return None;
         }
         let rows: Vec<Vec<String>> = (listed.iter().enumerate())
-            .map(|(k, l)| l.cells(k, results.label(study, step, l.restart)))
+            .map(|(k, l)| {
+                let restart = || results.label(study, step, l.restart);
+                let sequence = l.sequence.as_ref();
+                l.cells(k, sequence.map_or_else(restart, |s| steps::spelt(s)))
+            })
             .collect();
         let header = [
             "",

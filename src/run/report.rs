@@ -66,6 +66,7 @@ pub fn write(
                 best.evaluation,
                 number(Some(best.max_violation))
             ));
+            lines.extend(steps::sequence(study, step, &best.x));
             lines.extend(measures(study, results, step, best));
             lines.extend(surrogate(study, step));
             if let Some(active) = results.active(step) {

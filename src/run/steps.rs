@@ -134,6 +134,10 @@ fn model(study: &Study, step: usize) -> String {
     let variables = study.variables(step).map_or(0, |v| v.lower.len());
     match &s.model {
         Model::FeCascade(_) => format!("FE, {units} copies of a unit, {variables} variables"),
+        Model::FeDirect(_) if s.variables.are_letters() => {
+            let letters = study.letters(step).unwrap_or(0);
+            format!("FE, {units} units, each one of {letters}")
+        }
         Model::FeDirect(_) => format!("FE, {units} free units, {variables} variables"),
         Model::FeLayouts(model) => format!("FE, one unit, {} layouts", model.layouts.len()),
         Model::LinearTransform(model) => format!(
@@ -179,7 +183,7 @@ fn of_step(study: &Study, results: &Results, step: usize) -> Vec<String> {
         let unit = target.map_or_else(String::new, |target| format!(" {}", target.goal.unit()));
         let layout = match &s.model {
             Model::FeLayouts(model) => format!(", {}", name(&json!(model.at(&best.x).0))),
-            _ => String::new(),
+            _ => sequence(study, step, &best.x).map_or_else(String::new, |s| format!(", {s}")),
         };
         let result = view.result.clone().unwrap_or(Value::Null);
         let kept: StepResult = serde_json::from_value(result).unwrap_or_default();
@@ -188,10 +192,39 @@ fn of_step(study: &Study, results: &Results, step: usize) -> Vec<String> {
             number(Some(best.objective)),
             kept.candidates.len()
         ));
+        lines.extend(alphabet(study, step));
     } else if view.state == StepState::Done {
         lines.push("nothing feasible was found".into());
     }
     lines
+}
+
+/// Which unit is which, of a design that is a sequence of units; letters count from 1.
+pub fn sequence(study: &Study, step: usize, x: &[f64]) -> Option<String> {
+    study.sequence(step, x).map(|letters| spelt(&letters))
+}
+
+/// A sequence in words.
+pub fn spelt(letters: &[usize]) -> String {
+    let letters: Vec<String> = letters.iter().map(usize::to_string).collect();
+    format!("sequence {}", letters.join(" "))
+}
+
+/// What the letters of a step's sequences are.
+pub fn alphabet(study: &Study, step: usize) -> Option<String> {
+    let letters = &study.steps.get(step)?.given.alphabet;
+    let words = letters.iter().enumerate().map(|(k, letter)| {
+        let from = &letter.from;
+        format!(
+            "{}: step {}, candidate {}, unit {}",
+            k + 1,
+            from.step,
+            from.candidate + 1,
+            letter.unit
+        )
+    });
+    let words: Vec<String> = words.collect();
+    (!words.is_empty()).then(|| format!("units of the sequences: {}", words.join("; ")))
 }
 
 fn name(value: &Value) -> String {
@@ -212,6 +245,7 @@ fn graph(study: &Study, results: &Results) -> String {
             let word = match take.taken_as {
                 TakenAs::Starts => "starts",
                 TakenAs::Geometry => "geometry",
+                TakenAs::Alphabet => "alphabet",
                 TakenAs::Layout => "layout",
                 TakenAs::Behaviour => "behaviour",
             };

@@ -1,6 +1,7 @@
 //! Random designs: every status must be true, and no design may fold in the mesher.
 
 use salp_core::evaluate::SceneStatus;
+use salp_core::geometry::LayoutBoxes;
 use salp_core::geometry::samples::Stratum;
 use salp_core::verify::designs::{
     Confirmation, DesignLine, LimitLine, MATERIALS, MesherCount, Origin, SHIPPED_MET, mesh_designs,
@@ -218,7 +219,11 @@ fn csv(lines: &[DesignLine]) -> String {
 
 /// Meshes random designs of every stratum of a layout.
 pub fn run_mesher(verify: &Verify, count: usize, output: Output) -> Result<(), Failure> {
-    let layout = verify.layout;
+    let boxes = LayoutBoxes {
+        layout: verify.layout,
+        corners: verify.corners,
+        ..LayoutBoxes::PAPER
+    };
     let mut totals = Vec::new();
     for stratum in Stratum::ALL {
         let share = count.div_ceil(Stratum::ALL.len());
@@ -229,7 +234,7 @@ pub fn run_mesher(verify: &Verify, count: usize, output: Output) -> Result<(), F
             |batch| {
                 let first = batch * MESHER_BATCH;
                 let last = share.min(first + MESHER_BATCH);
-                mesh_designs(layout, stratum, verify.seed, first..last)
+                mesh_designs(&boxes, stratum, verify.seed, first..last)
             },
             |done, _| {
                 if done % 10 == 0 {
@@ -252,7 +257,8 @@ pub fn run_mesher(verify: &Verify, count: usize, output: Output) -> Result<(), F
     let document = json!({
         "status": if failed == 0 { "ok" } else { "failed" },
         "seed": verify.seed,
-        "layout": layout,
+        "layout": boxes.layout,
+        "corners": boxes.corners,
         "strata": totals,
     });
     output.print(&document, || mesher_text(&totals));

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use salp_core::equilibrium::{Observer, Phase};
-use salp_core::geometry::Layout;
+use salp_core::geometry::{ChamberCorners, Layout};
 use salp_core::mesh::ElementKind;
 use salp_core::verify::CpuClock;
 use salp_core::verify::designs::SEED;
@@ -36,6 +36,9 @@ pub struct Verify {
     /// Chambers of the designs of --mesher: stacked_pair, side_by_side or three_chambers
     #[arg(long, value_parser = layout, default_value = "stacked_pair", requires = "mesher")]
     layout: Layout,
+    /// Corners of each chamber of the designs of --mesher: 4 or 6
+    #[arg(long, value_parser = corners, default_value = "4", requires = "mesher")]
+    corners: ChamberCorners,
     /// Seed of random designs
     #[arg(long, default_value_t = SEED)]
     seed: u64,
@@ -69,6 +72,12 @@ fn layout(name: &str) -> Result<Layout, String> {
         let names = Layout::NAMES.map(|(known, _)| known);
         format!("expected one of {}", names.join(", "))
     })
+}
+
+/// Corners of a chamber.
+fn corners(text: &str) -> Result<ChamberCorners, String> {
+    let count = text.parse::<usize>().map_err(|error| error.to_string())?;
+    ChamberCorners::try_from(count).map_err(str::to_owned)
 }
 
 /// Elements by name.

@@ -6,7 +6,6 @@ use super::chain_states::solve_chain;
 use crate::actuation::ActuationCycle;
 use crate::equilibrium::Observer;
 use crate::geometry::cascade;
-use crate::geometry::units_of_design;
 use crate::reduced::{LinearTransform, area};
 use crate::scene::{ActuatorBody, Body, Scene};
 use crate::study::spec::{FeLayoutsModel, LayoutScore, Model, StudyBody};
@@ -110,7 +109,7 @@ fn scene(body: &StudyBody, model: &FeLayoutsModel, x: &[f64]) -> Option<Scene> {
     let (layout, shares) = model.at(x);
     let actuator = body.actuator.with_layout(layout);
     let corners = actuator.shares(shares);
-    let units = units_of_design(&corners, corners.len())?;
+    let units = actuator.boxes().units(&corners)?;
     let chain = cascade(units.first()?, actuator.unit_mm, 1);
     Some(Scene {
         body: Body::Actuator(ActuatorBody {

@@ -336,7 +336,11 @@ fn fill(
     if request.second_mesh {
         return Ok(());
     }
-    let (mut values, mut gradients) = study.geometry_rows(step, x)?;
+    let (mut values, mut gradients) = if request.want_gradient {
+        study.geometry_rows(step, x)?
+    } else {
+        (study.geometry_values(step, x)?, Vec::new())
+    };
     values.extend(limits.of(analysis).map(|(value, ..)| value));
     let bound_rows = || {
         limits

@@ -12,6 +12,7 @@ mod numerical_error;
 mod reduction;
 mod sensitivities;
 mod steps;
+mod units;
 
 use std::path::Path;
 

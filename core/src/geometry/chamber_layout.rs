@@ -1,26 +1,24 @@
 //! Which chambers a unit has, and the boxes of their corners: the side constraints of the design vector (Fig. 5a of the
 //! paper).
 //!
-//! Every chamber is a quadrilateral in a domain of its own, a rectangle. Walls of one thickness lie between the domains and
-//! around them. Corners go counter-clockwise from the lower left, each in its own quadrant of the domain.
+//! Every chamber is a quadrilateral or a hexagon in a domain of its own, a rectangle. Walls of one thickness lie between the
+//! domains and around them. Corners go counter-clockwise from the lower left, those of a quadrilateral each in its own quadrant
+//! of the domain. A hexagon has two more, in the lower and in the upper side.
 
 use serde::{Deserialize, Serialize};
 
 use super::Point;
 use crate::actuation::ActuationCycle;
 
-/// Variables of one chamber: x and y of four corners.
-pub const VARIABLES_PER_CHAMBER: usize = 8;
-
 /// Which chambers a unit holds, and which channels drive them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Layout {
-    /// Two quadrilaterals, the lower one driven by channel 0 and the upper one by channel 1.
+    /// Two chambers, the lower one driven by channel 0 and the upper one by channel 1.
     StackedPair,
-    /// Two quadrilaterals, the left one driven by channel 0 and the right one by channel 1.
+    /// Two chambers, the left one driven by channel 0 and the right one by channel 1.
     SideBySide,
-    /// Three quadrilaterals on top of each other: the lowest driven by channel 0, the other two by channel 1.
+    /// Three chambers on top of each other: the lowest driven by channel 0, the other two by channel 1.
     ThreeChambers,
 }
 
@@ -59,11 +57,67 @@ impl Layout {
     }
 }
 
-/// The boxes of a layout: each corner lives in its own quadrant of its chamber's domain.
+/// Corners of a chamber: four, or six.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "usize", try_from = "usize")]
+pub enum ChamberCorners {
+    /// A quadrilateral.
+    #[default]
+    Four,
+    /// A hexagon: corners 2 and 5 lie between their neighbours in the lower and in the upper side.
+    Six,
+}
+
+impl ChamberCorners {
+    /// Their number.
+    pub fn count(self) -> usize {
+        self.sides().len()
+    }
+
+    /// Side of the domain's centre on which each corner lies, (x, y); 0: either.
+    fn sides(self) -> &'static [[f64; 2]] {
+        match self {
+            Self::Four => &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
+            Self::Six => &[
+                [-1.0, -1.0],
+                [0.0, -1.0],
+                [1.0, -1.0],
+                [1.0, 1.0],
+                [0.0, 1.0],
+                [-1.0, 1.0],
+            ],
+        }
+    }
+}
+
+impl From<ChamberCorners> for usize {
+    fn from(corners: ChamberCorners) -> Self {
+        corners.count()
+    }
+}
+
+impl TryFrom<usize> for ChamberCorners {
+    type Error = &'static str;
+
+    fn try_from(count: usize) -> Result<Self, Self::Error> {
+        match count {
+            4 => Ok(Self::Four),
+            6 => Ok(Self::Six),
+            _ => Err("a chamber has 4 or 6 corners"),
+        }
+    }
+}
+
+/// The boxes of a layout. Each corner of a quadrilateral lives in its own quadrant of its chamber's domain, so that its edges
+/// leave the smallest void at the domain's centre to their left whatever the design. A hexagon's other corners live in the
+/// middle half of the width, where they find the middle of any side of such a quadrilateral; that their edges leave the void to
+/// their left is a constraint ([`super::validity::ValidityKind::Centre`]).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LayoutBoxes {
     /// Which chambers there are.
     pub layout: Layout,
+    /// Corners of each chamber.
+    pub corners: ChamberCorners,
     /// Width and height of the unit, mm.
     pub unit_mm: [f64; 2],
     /// Least wall to the unit's outline and between neighbouring chambers, mm.
@@ -76,6 +130,7 @@ impl LayoutBoxes {
     /// The paper's unit: a stacked pair in 80 x 80 with walls of 2 mm, and 0.5 mm clear of the centre lines.
     pub const PAPER: Self = Self {
         layout: Layout::StackedPair,
+        corners: ChamberCorners::Four,
         unit_mm: [80.0, 80.0],
         wall_mm: 2.0,
         clearance_mm: 0.5,
@@ -86,9 +141,14 @@ impl LayoutBoxes {
         self.layout.channels().len()
     }
 
+    /// Number of variables of a chamber: x and y of its corners.
+    pub fn variables_per_chamber(&self) -> usize {
+        2 * self.corners.count()
+    }
+
     /// Number of variables of a unit.
     pub fn variables(&self) -> usize {
-        VARIABLES_PER_CHAMBER * self.chambers()
+        self.variables_per_chamber() * self.chambers()
     }
 
     /// The channel that drives each chamber.
@@ -141,9 +201,15 @@ impl LayoutBoxes {
     pub fn bounds(&self) -> [Vec<f64>; 2] {
         let (mut lower, mut upper) = (vec![], vec![]);
         for ([low, high], centre) in self.domains().into_iter().zip(self.centres()) {
-            for sides in QUADRANTS {
+            for sides in self.corners.sides() {
                 for c in 0..2 {
-                    if sides[c] < 0.0 {
+                    if sides[c] == 0.0 {
+                        // Half way between the ends of the neighbours' boxes.
+                        let (left, right) =
+                            (centre[c] - self.clearance_mm, centre[c] + self.clearance_mm);
+                        lower.push(f64::midpoint(low[c], right));
+                        upper.push(f64::midpoint(left, high[c]));
+                    } else if sides[c] < 0.0 {
                         lower.push(low[c]);
                         upper.push(centre[c] - self.clearance_mm);
                     } else {
@@ -157,7 +223,7 @@ impl LayoutBoxes {
     }
 
     /// The paper's common start: at every domain's centre the smallest void that the boxes allow (1 x 1 mm), which lies
-    /// at the corner of all its boxes.
+    /// at the corner of all boxes of a quadrilateral; a hexagon's other corners are the middles of its sides.
     pub fn common_start(&self) -> Vec<f64> {
         let side = 2.0 * self.clearance_mm;
         self.rectangles([side, side])
@@ -168,25 +234,19 @@ impl LayoutBoxes {
         self.centres()
             .iter()
             .flat_map(|centre| {
-                QUADRANTS
-                    .iter()
-                    .flat_map(|s| [0, 1].map(|c| centre[c] + 0.5 * s[c] * size_mm[c]))
+                let sides = self.corners.sides().iter();
+                sides.flat_map(|s| [0, 1].map(|c| centre[c] + 0.5 * s[c] * size_mm[c]))
             })
             .collect()
     }
 
     /// d variables / d (width, height) of [`LayoutBoxes::rectangles`], one row per variable.
     pub fn rectangle_jacobian(&self) -> Vec<[f64; 2]> {
-        (0..self.variables())
-            .map(|k| {
-                let slope = 0.5 * QUADRANTS[(k / 2) % 4][k % 2];
-                if k % 2 == 0 {
-                    [slope, 0.0]
-                } else {
-                    [0.0, slope]
-                }
-            })
-            .collect()
+        let of_chamber = self.corners.sides().iter();
+        let of_chamber: Vec<_> = of_chamber
+            .flat_map(|side| [[0.5 * side[0], 0.0], [0.0, 0.5 * side[1]]])
+            .collect();
+        of_chamber.repeat(self.chambers())
     }
 
     /// Bounds of width and height.
@@ -197,9 +257,6 @@ impl LayoutBoxes {
     }
 }
 
-/// Side of the centre on which corners 1 to 4 lie, (x, y).
-const QUADRANTS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -209,6 +266,34 @@ mod tests {
             layout,
             ..LayoutBoxes::PAPER
         }
+    }
+
+    #[test]
+    fn hexagons_share_the_boxes_of_quadrilaterals() {
+        let six = |layout| LayoutBoxes {
+            corners: ChamberCorners::Six,
+            ..of(layout)
+        };
+        for (name, layout) in Layout::NAMES {
+            let (four, six) = (of(layout), six(layout));
+            assert_eq!(six.variables(), four.variables() * 3 / 2, "{name}");
+            let outer = |k: &usize| !matches!(k / 2 % 6, 1 | 4);
+            let (of_four, of_six) = (four.bounds(), six.bounds());
+            for (a, b) in of_four.iter().zip(&of_six) {
+                let shared: Vec<f64> = (0..b.len()).filter(outer).map(|k| b[k]).collect();
+                assert_eq!(*a, shared, "{name}");
+            }
+            let start = six.common_start();
+            assert!((0..start.len()).all(|k| of_six[0][k] <= start[k] && start[k] <= of_six[1][k]));
+        }
+        let [lower, upper] = six(Layout::StackedPair).bounds();
+        assert_eq!(
+            [lower[2], upper[2], lower[3], upper[3]],
+            [21.25, 58.75, 2.0, 20.0]
+        );
+        let start = six(Layout::StackedPair).common_start();
+        assert_eq!(start[..6], [39.5, 20.0, 40.0, 20.0, 40.5, 20.0]);
+        assert_eq!(ChamberCorners::try_from(5).ok(), None);
     }
 
     #[test]
@@ -256,8 +341,13 @@ mod tests {
 
     #[test]
     fn rectangles_are_linear_in_their_size() {
-        for (_, layout) in Layout::NAMES {
-            let boxes = of(layout);
+        let all = Layout::NAMES.into_iter().flat_map(|(_, layout)| {
+            [ChamberCorners::Four, ChamberCorners::Six].map(|corners| LayoutBoxes {
+                corners,
+                ..of(layout)
+            })
+        });
+        for boxes in all {
             let (a, b) = (
                 boxes.rectangles([30.0, 15.0]),
                 boxes.rectangles([31.0, 17.0]),

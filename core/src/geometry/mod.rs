@@ -15,8 +15,8 @@ pub mod validity;
 
 pub use block_map::BlockMap;
 pub use cascade::cascade;
-pub use chamber_layout::{Layout, LayoutBoxes};
-pub use design::{design_gradient, design_of_units, units_of_design};
+pub use chamber_layout::{ChamberCorners, Layout, LayoutBoxes};
+pub use design::{design_gradient, design_of_units};
 pub use obstacle::{Obstacle, Outline, Side};
 pub use plan::{ChamberPlan, MeshPlan, MeshSize, PlanElement, Station, Strip, UnitPlan};
 pub use rounding::Rounded;

@@ -2,7 +2,7 @@
 //! (no thin wall). A seed and an index name a design for ever, on every machine, and designs may be drawn in any order.
 
 use super::validity::Validity;
-use super::{LayoutBoxes, Point, cascade, polygon, units_of_design};
+use super::{LayoutBoxes, Point, cascade, polygon};
 use crate::random::{SplitMix64, start_seed};
 
 /// How far from its outer bounds a corner lies that is near them, mm.
@@ -59,7 +59,8 @@ impl Stratum {
             Self::NearOuterEdges => {
                 let mut x = vec![0.0; boxes.variables()];
                 for (chamber, [low, high]) in boxes.domains().into_iter().enumerate() {
-                    let all = 8 * chamber..8 * chamber + 8;
+                    let of_chamber = boxes.variables_per_chamber();
+                    let all = of_chamber * chamber..of_chamber * (chamber + 1);
                     loop {
                         for k in all.clone().step_by(2) {
                             let near = stream.next_unit() < OFTEN;
@@ -90,13 +91,13 @@ impl Stratum {
     }
 }
 
-/// Whether a design vector of one unit keeps g1 and g2.
+/// Whether a design vector of one unit keeps g1, g2 and g3.
 pub fn is_accepted(boxes: &LayoutBoxes, x: &[f64]) -> bool {
-    units_of_design(x, boxes.variables()).is_some_and(|units| {
+    boxes.units(x).is_some_and(|units| {
         let actuator = cascade(&units[0], boxes.unit_mm, 1);
-        let validity = Validity::of(&actuator, boxes.wall_mm);
+        let validity = Validity::in_boxes(&actuator, boxes);
         // Walls at the bound exactly are accepted whatever the last bit says.
-        validity.g1() <= 0.0 && validity.g2() <= 1e-12
+        validity.g1() <= 0.0 && validity.g2() <= 1e-12 && validity.g3() <= 1e-12
     })
 }
 
@@ -128,7 +129,7 @@ mod tests {
                         })
                     })
                     .count();
-                for chamber in &units_of_design(&x, 16).unwrap()[0].chambers_mm {
+                for chamber in &PAIR.units(&x).unwrap()[0].chambers_mm {
                     let [low, high] = polygon::bounding_box(chamber);
                     assert!(stratum != Stratum::NearOuterEdges || high[1] - low[1] >= 33.0);
                     let turns = (0..4).all(|k| {

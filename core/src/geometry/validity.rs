@@ -8,10 +8,14 @@
 //!   Both directions together hold the least distance of two chambers. Chambers of neighbouring units need no rows:
 //!   their distance is at least the sum of both distances to the common face.
 //!
+//! - Centre, of chambers that their boxes alone do not keep simple: one row per edge of 1 - d / d_min <= 0, d the distance
+//!   of the domain's centre from the edge's line, negative on its right, d_min half the clearance of the corners from the
+//!   centre lines. The boundary then runs once round the centre, as that of every quadrilateral in the boxes does.
+//!
 //! The number and order of the rows depend on the layout alone. Lengths in mm; rows have no unit, slopes 1/mm.
 
 use super::polygon::{self, PointSegment};
-use super::{Actuator, Point};
+use super::{Actuator, ChamberCorners, LayoutBoxes, Point};
 
 /// Smallest interior angle of a corner, degrees.
 pub const SPIKE_ANGLE_DEG: f64 = 3.0;
@@ -31,6 +35,8 @@ pub enum ValidityKind {
         /// The other chamber.
         other: usize,
     },
+    /// Where the edge from the corner to the next leaves the centre of the chamber's domain.
+    Centre,
 }
 
 /// d value / d (position of a corner).
@@ -79,6 +85,7 @@ impl ValidityRow {
             ValidityKind::ChamberWall { other } => {
                 format!("wall: {place} to chamber {}", other + 1)
             }
+            ValidityKind::Centre => format!("edge round the centre: {place} to the next"),
         }
     }
 
@@ -116,6 +123,8 @@ pub struct Validity {
     pub spikes: Vec<ValidityRow>,
     /// Wall rows.
     pub walls: Vec<ValidityRow>,
+    /// Centre rows.
+    pub centres: Vec<ValidityRow>,
 }
 
 impl Validity {
@@ -169,12 +178,54 @@ impl Validity {
                 }
             }
         }
-        Self { spikes, walls }
+        Self {
+            spikes,
+            walls,
+            centres: vec![],
+        }
     }
 
-    /// All rows, spikes first.
+    /// The same of chambers in their boxes, for their least wall; with the centre rows where the boxes need them.
+    pub fn in_boxes(actuator: &Actuator, boxes: &LayoutBoxes) -> Self {
+        let mut validity = Self::of(actuator, boxes.wall_mm);
+        if boxes.corners == ChamberCorners::Four {
+            return validity;
+        }
+        let units = if actuator.repeated {
+            1
+        } else {
+            actuator.units.len()
+        };
+        let centres = boxes.centres();
+        for (unit, of_unit) in actuator.units[..units].iter().enumerate() {
+            let chambers = of_unit.chambers_mm.iter().zip(&centres).enumerate();
+            for (chamber, (corners, centre)) in chambers {
+                for (corner, (a, b)) in polygon::edges(corners).enumerate() {
+                    let (value, slopes) = centre_row(*centre, [a, b], 0.5 * boxes.clearance_mm);
+                    let ends = [corner, (corner + 1) % corners.len()];
+                    let slope = |k: usize| CornerSlope {
+                        unit,
+                        chamber,
+                        corner: ends[k],
+                        slope: slopes[k],
+                    };
+                    validity.centres.push(ValidityRow {
+                        kind: ValidityKind::Centre,
+                        unit,
+                        chamber,
+                        corner,
+                        value,
+                        gradient: vec![slope(0), slope(1)],
+                    });
+                }
+            }
+        }
+        validity
+    }
+
+    /// All rows: spikes, walls, centres.
     pub fn rows(&self) -> impl Iterator<Item = &ValidityRow> {
-        self.spikes.iter().chain(&self.walls)
+        self.spikes.iter().chain(&self.walls).chain(&self.centres)
     }
 
     /// g1, the largest spike value; -2 without corners.
@@ -189,6 +240,26 @@ impl Validity {
             .map(|r| r.value)
             .fold(f64::NEG_INFINITY, f64::max)
     }
+
+    /// g3, the largest centre value; minus infinity where there are none.
+    pub fn g3(&self) -> f64 {
+        let centres = self.centres.iter().map(|r| r.value);
+        centres.fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// 1 - d / least and its slopes by both ends of an edge, d the distance of a point from the edge's line, positive to its left.
+fn centre_row(point: Point, [a, b]: [Point; 2], least: f64) -> (f64, [Point; 2]) {
+    let (u, v) = (polygon::difference(point, a), polygon::difference(point, b));
+    let edge = polygon::difference(a, b);
+    let length = edge[0].hypot(edge[1]).max(f64::MIN_POSITIVE);
+    let distance = polygon::cross(u, v) / length;
+    // d cross / d u = (v1, -v0), d cross / d v = (-u1, u0); d length / d b = edge / length.
+    let turn = [0, 1].map(|c| distance * edge[c] / (length * length));
+    let of_a = [v[1] / length + turn[0], -v[0] / length + turn[1]];
+    let of_b = [-u[1] / length - turn[0], u[0] / length - turn[1]];
+    let slopes = [of_a, of_b].map(|slope| slope.map(|s| -s / least));
+    (1.0 - distance / least, slopes)
 }
 
 fn spike(chamber: usize, corners: &[Point], k: usize) -> (f64, Vec<(usize, usize, Point)>) {
@@ -259,10 +330,21 @@ fn chamber_wall(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{cascade, design_of_units, units_of_design};
+    use crate::geometry::samples::Stratum;
+    use crate::geometry::{Layout, cascade, design_of_units};
+
+    const SIX: LayoutBoxes = LayoutBoxes {
+        corners: ChamberCorners::Six,
+        ..LayoutBoxes::PAPER
+    };
+
+    fn in_boxes(boxes: &LayoutBoxes, x: &[f64]) -> Validity {
+        let actuator = cascade(&boxes.units(x).unwrap()[0], [80.0, 80.0], 3);
+        Validity::in_boxes(&actuator, boxes)
+    }
 
     fn actuator(x: &[f64]) -> Actuator {
-        cascade(&units_of_design(x, 16).unwrap()[0], [80.0, 80.0], 3)
+        cascade(&LayoutBoxes::PAPER.units(x).unwrap()[0], [80.0, 80.0], 3)
     }
 
     const SLANTED: [f64; 16] = [
@@ -292,6 +374,73 @@ mod tests {
                     gradient[k]
                 );
             }
+        }
+    }
+
+    #[test]
+    fn rows_of_hexagons_have_exact_derivatives() {
+        let mut slanted = SIX.with_these_corners(&SLANTED).unwrap();
+        // No corner in line with its neighbours, where the nearest edge of a wall is two.
+        for (k, value) in slanted.iter_mut().enumerate() {
+            *value += 0.3 * (5.0 * k as f64).sin();
+        }
+        let rows = in_boxes(&SIX, &slanted);
+        let counts = (rows.spikes.len(), rows.walls.len(), rows.centres.len());
+        assert_eq!(counts, (12, 36, 12));
+        let of = cascade(&SIX.units(&slanted).unwrap()[0], [80.0, 80.0], 3);
+        let step = 1e-6;
+        for (index, row) in rows.rows().enumerate() {
+            let gradient = row.design_gradient(&of);
+            for k in 0..24 {
+                let at = |sign: f64| {
+                    let mut x = slanted.clone();
+                    x[k] += sign * step;
+                    in_boxes(&SIX, &x).rows().nth(index).unwrap().value
+                };
+                let difference = (at(1.0) - at(-1.0)) / (2.0 * step);
+                let off = (difference - gradient[k]).abs();
+                assert!(
+                    off < 1e-7,
+                    "{} {k}: {difference} {}",
+                    row.name(),
+                    gradient[k]
+                );
+            }
+        }
+    }
+
+    /// What the boxes keep of quadrilaterals the rows keep of hexagons.
+    #[test]
+    fn hexagons_that_keep_the_centre_rows_are_simple_and_quadrilaterals_keep_them() {
+        let mut stream = crate::random::SplitMix64::new(3);
+        let [lower, upper] = SIX.bounds();
+        let (mut kept, mut crossing) = (0, 0);
+        for _ in 0..2000 {
+            let of_box = |k: usize, t: f64| lower[k] + (upper[k] - lower[k]) * t;
+            let x: Vec<f64> = (0..24).map(|k| of_box(k, stream.next_unit())).collect();
+            let chambers = SIX.units(&x).unwrap().remove(0).chambers_mm;
+            let simple = chambers.iter().all(|c| polygon::is_simple(c));
+            if in_boxes(&SIX, &x).g3() <= 0.0 {
+                kept += 1;
+                assert!(simple, "{x:?}");
+            }
+            crossing += usize::from(!simple);
+        }
+        assert!(kept > 200 && crossing > 20, "{kept} {crossing}");
+        for (_, layout) in Layout::NAMES {
+            let of = |corners| LayoutBoxes {
+                layout,
+                corners,
+                ..SIX
+            };
+            let (four, six) = (of(ChamberCorners::Four), of(ChamberCorners::Six));
+            for index in 0..300 {
+                let x = Stratum::NearBounds.design(&four, 11, index);
+                let same = six.with_these_corners(&x).unwrap();
+                assert!(in_boxes(&six, &same).g3() < 0.0);
+                assert_eq!(in_boxes(&four, &x).g3(), f64::NEG_INFINITY);
+            }
+            assert!(in_boxes(&six, &six.common_start()).g3() < -0.9);
         }
     }
 

@@ -1,9 +1,9 @@
 //! What a step takes from the results of others: designs put together unit by unit, a layout, a behaviour.
 
-use super::candidate::{Candidate, StepResult};
+use super::candidate::{Candidate, DISTINCT, StepResult};
 use crate::study::spec::Model;
-use crate::study::takes::{Given, StepInputs, Take, TakenAs, TakenDesign, TakenFrom};
-use crate::study::{Study, StudyError};
+use crate::study::takes::{Given, Letter, StepInputs, Take, TakenAs, TakenDesign, TakenFrom};
+use crate::study::{Study, StudyError, scaled_distance};
 
 /// Designs that a step takes at most: of several steps with several candidates each, the combinations of the best ranks.
 pub const MOST_DESIGNS: usize = 64;
@@ -37,15 +37,24 @@ pub fn inputs(
             TakenAs::Layout => given.layout = other.layout_of(source, &best.x)?,
             TakenAs::Behaviour => given.behaviour = other.transforms_of(source, &best.x)?,
             // Chambers bring their layout with them.
-            TakenAs::Starts | TakenAs::Geometry if given.layout.is_none() => {
+            TakenAs::Starts | TakenAs::Geometry | TakenAs::Alphabet if given.layout.is_none() => {
                 given.layout = other.layout_of(source, &best.x)?;
             }
-            TakenAs::Starts | TakenAs::Geometry => {}
+            TakenAs::Starts | TakenAs::Geometry | TakenAs::Alphabet => {}
         }
     }
     // As in the document: then nothing is given, and an evaluation is known by the same key as without any take.
     let of_actuator = study.body.as_ref().map(|body| body.actuator.layout);
     given.layout = given.layout.filter(|layout| Some(*layout) != of_actuator);
+    if study.step(step)?.variables.are_letters() {
+        given.alphabet = alphabet(study, step, &given, results)?;
+        if given.alphabet.is_empty() {
+            let id = &study.step(step)?.id;
+            return Ok(Err(format!(
+                "step \"{id}\" did not begin: no unit that it takes has its layout"
+            )));
+        }
+    }
     let own = study.given(step, &given);
     let mut lists: Vec<Vec<Part>> = Vec::new();
     for (take, result) in takes.iter().zip(results) {
@@ -66,7 +75,7 @@ pub fn inputs(
                     rank,
                     candidate,
                     units: if chambers {
-                        other.unit_corners(source, &candidate.x)?
+                        units_for(&own, step, &other, (source, candidate))?
                     } else {
                         vec![candidate.x.clone()]
                     },
@@ -95,6 +104,70 @@ pub fn inputs(
         }
     }
     Ok(Ok(StepInputs { given, designs }))
+}
+
+/// The units of which a step's sequences are made: those of each candidate that are no units of an earlier one.
+fn alphabet(
+    study: &Study,
+    step: usize,
+    given: &Given,
+    results: &[&StepResult],
+) -> Result<Vec<Letter>, StudyError> {
+    let own = study.given(step, given);
+    let body = own.body_of(step)?.ok_or(StudyError::NoChambers { step })?;
+    let [lower, upper] = body.actuator.boxes().bounds();
+    let mut letters: Vec<Letter> = Vec::new();
+    for (take, result) in own.step(step)?.takes.iter().zip(results) {
+        let Some(source) = study.index_of(&take.step) else {
+            continue;
+        };
+        if take.taken_as != TakenAs::Alphabet {
+            continue;
+        }
+        for (rank, candidate) in result.candidates.iter().take(take.candidates).enumerate() {
+            let other = study.given(source, &candidate.given);
+            if other.layout_of(source, &candidate.x)? != own.layout(step) {
+                continue;
+            }
+            let units = units_for(&own, step, &other, (source, candidate))?;
+            for (unit, corners) in (1..).zip(units) {
+                let is_taken = take.units.is_empty() || take.units.contains(&unit);
+                let is_near = |other: &Letter| {
+                    scaled_distance(&lower, &upper, &corners, &other.corners) <= DISTINCT
+                };
+                if is_taken && !letters.iter().any(is_near) {
+                    letters.push(Letter {
+                        corners,
+                        unit,
+                        from: taken_from(take, rank, candidate),
+                    });
+                }
+            }
+        }
+    }
+    Ok(letters)
+}
+
+/// Chamber corners of each free unit of a candidate, as many for each chamber as the step has that takes it.
+fn units_for(
+    own: &Study,
+    step: usize,
+    other: &Study,
+    (source, candidate): (usize, &Candidate),
+) -> Result<Vec<Vec<f64>>, StudyError> {
+    let body = own.body_of(step)?.ok_or(StudyError::NoChambers { step })?;
+    let boxes = body.actuator.boxes();
+    let units = other.unit_corners(source, &candidate.x)?.into_iter();
+    let fitted = units.map(|unit| boxes.with_these_corners(&unit).unwrap_or(unit));
+    Ok(fitted.collect())
+}
+
+fn taken_from(take: &Take, rank: usize, candidate: &Candidate) -> TakenFrom {
+    TakenFrom {
+        step: take.step.clone(),
+        candidate: rank,
+        objective: candidate.objective,
+    }
 }
 
 /// Ranks of a candidate from each list: all of them where they are few, the least sums first.
@@ -147,11 +220,7 @@ fn assemble(study: &Study, step: usize, parts: &[&Part]) -> Result<TakenDesign, 
         orientation,
         from: parts
             .iter()
-            .map(|part| TakenFrom {
-                step: part.take.step.clone(),
-                candidate: part.rank,
-                objective: part.candidate.objective,
-            })
+            .map(|part| taken_from(part.take, part.rank, part.candidate))
             .collect(),
     })
 }

@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{cma_es::CmaEsOptions, descent::DescentOptions, gcmma::GcmmaOptions, sqp::SqpOptions};
+use super::{
+    cma_es::CmaEsOptions, descent::DescentOptions, exchange::ExchangeOptions, gcmma::GcmmaOptions,
+    sqp::SqpOptions,
+};
 use crate::{fault::Faults, random::start_seed};
 
 /// An optimiser and its options.
@@ -19,6 +22,8 @@ pub enum OptimiserOptions {
     CmaEs(CmaEsOptions),
     /// Points drawn uniformly within the bounds.
     RandomSearch(RandomSearchOptions),
+    /// Sequences of letters, improved by exchanges.
+    Exchange(ExchangeOptions),
     /// A list of points, each evaluated once.
     Sweep(SweepOptions),
 }
@@ -161,6 +166,7 @@ impl OptimiserOptions {
             Self::Sqp(options) => options.faults(path, faults),
             Self::CmaEs(options) => options.faults(path, faults),
             Self::RandomSearch(options) => options.faults(path, faults),
+            Self::Exchange(options) => options.faults(path, faults),
             Self::Sweep(options) => options.faults(path, faults),
         }
     }
@@ -173,13 +179,23 @@ impl OptimiserOptions {
             Self::Sqp(options) => options.descent.violation_tolerance,
             Self::CmaEs(options) => options.violation_tolerance,
             Self::RandomSearch(options) => options.violation_tolerance,
+            Self::Exchange(options) => options.violation_tolerance,
             Self::Sweep(options) => options.violation_tolerance,
         }
     }
 
-    /// Whether its points are known before any is answered, each for itself: none is nearer to an optimum for the others.
+    /// Whether each of its points stands for itself, as those of a list, of a random search, of a set of sequences do: it may be
+    /// handed on beside the best one.
     pub fn is_sample(&self) -> bool {
-        matches!(self, Self::RandomSearch(_) | Self::Sweep(_))
+        matches!(
+            self,
+            Self::RandomSearch(_) | Self::Exchange(_) | Self::Sweep(_)
+        )
+    }
+
+    /// Whether it begins where it is told to: a sweep has its points, an exchange descent its uniform sequences.
+    pub fn has_starts(&self) -> bool {
+        !matches!(self, Self::Exchange(_) | Self::Sweep(_))
     }
 
     /// Whether it walks from point to point, so that its points can share a mesh plan and one leads to the next.
@@ -195,7 +211,7 @@ impl OptimiserOptions {
             | Self::RandomSearch(RandomSearchOptions { seed, .. }) => {
                 *seed = start_seed(start_seed(*seed, index) ^ run, index);
             }
-            Self::Mmfd(_) | Self::Gcmma(_) | Self::Sqp(_) | Self::Sweep(_) => {}
+            Self::Mmfd(_) | Self::Gcmma(_) | Self::Sqp(_) | Self::Exchange(_) | Self::Sweep(_) => {}
         }
         self
     }

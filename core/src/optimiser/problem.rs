@@ -58,6 +58,9 @@ pub enum StartError {
         /// Its upper bound.
         upper: f64,
     },
+    /// Bounds that are no letters: 0 to the last one, the same at every place.
+    #[error("start a sequence whose places do not all have the letters 0, 1, 2, ...")]
+    NoLetters,
     /// An option outside its range.
     #[error("start with {0}")]
     Options(crate::fault::Faults),

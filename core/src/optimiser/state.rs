@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     cma_es::CmaEs,
     contract::{Ask, Told},
+    exchange::Exchange,
     gcmma::Gcmma,
     method::Method,
     mmfd::Mmfd,
@@ -32,6 +33,8 @@ pub enum OptimiserState {
     CmaEs(Box<CmaEs>),
     /// Points drawn at random.
     RandomSearch(RandomSearch),
+    /// Sequences of letters, exchanged.
+    Exchange(Exchange),
     /// A list of points.
     Sweep(Sweep),
 }
@@ -74,6 +77,9 @@ pub fn start(
         OptimiserOptions::RandomSearch(options) => {
             OptimiserState::RandomSearch(RandomSearch::start(options, problem, x0))
         }
+        OptimiserOptions::Exchange(options) => {
+            OptimiserState::Exchange(Exchange::start(options, problem)?)
+        }
         OptimiserOptions::Sweep(options) => {
             OptimiserState::Sweep(Sweep::start(options, problem, x0)?)
         }
@@ -93,7 +99,7 @@ pub fn step(state: &OptimiserState, told: &[Told]) -> Step {
 /// Asks for the iterate again because the model's values have changed their meaning (a new mesh plan), and forgets what
 /// rests on the old ones: the best point, conjugacy, counts of consecutive small changes, so that no stop test spans the
 /// change. Step lengths, scales and learnt curvature stay: they only guess at the next step. What was asked before is
-/// void. A finished run, a sweep and a random search are left as they are.
+/// void. A finished run, a sweep, a random search and an exchange descent are left as they are.
 pub fn rebase(state: &OptimiserState) -> Step {
     moved(state, |method| method.rebase())
 }
@@ -123,6 +129,7 @@ impl OptimiserState {
             Self::Sqp(sqp) => &**sqp,
             Self::CmaEs(cma_es) => &**cma_es,
             Self::RandomSearch(search) => search,
+            Self::Exchange(exchange) => exchange,
             Self::Sweep(sweep) => sweep,
         }
     }
@@ -134,6 +141,7 @@ impl OptimiserState {
             Self::Sqp(sqp) => &mut **sqp,
             Self::CmaEs(cma_es) => &mut **cma_es,
             Self::RandomSearch(search) => search,
+            Self::Exchange(exchange) => exchange,
             Self::Sweep(sweep) => sweep,
         }
     }

@@ -86,7 +86,14 @@ pub enum StopReason {
         /// The limit.
         limit: f64,
     },
-    /// Every point of a random search was evaluated.
+    /// No sequence is better that differs from the best one by an exchange or by a swap.
+    NoBetterExchange {
+        /// Sequences evaluated.
+        points: usize,
+        /// Sequences without values.
+        failed: usize,
+    },
+    /// Every point of a random search was evaluated, or every sequence.
     SearchComplete {
         /// Points of the search.
         points: usize,

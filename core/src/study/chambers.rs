@@ -3,7 +3,7 @@
 use super::error::StudyError;
 use super::spec::{ChamberConstraints, StepConstraints, Study};
 use crate::geometry::validity::{SPIKE_ANGLE_DEG, Validity};
-use crate::geometry::{Actuator, MeshPlan, PlanElement};
+use crate::geometry::{Actuator, LayoutBoxes, MeshPlan, PlanElement};
 use crate::scene::ElementChoice;
 
 /// A plan serves designs whose corners are within this fraction of the unit's smaller side (2 mm of 80) of its base.
@@ -13,8 +13,8 @@ const PLAN_REACH: f64 = 0.025;
 pub type GeometryRows = (Vec<f64>, Vec<Vec<f64>>);
 
 impl Study {
-    /// Geometric constraints of a design, feasible when <= 0: spike rows, then wall rows, with their derivatives d/dx. Their
-    /// number depends on the layout alone.
+    /// Geometric constraints of a design, feasible when <= 0: spike rows, then wall rows, of hexagons then centre rows,
+    /// with their derivatives d/dx. Their number depends on the layout alone.
     pub fn geometry_rows(&self, step: usize, x: &[f64]) -> Result<GeometryRows, StudyError> {
         let values = self.geometry_values(step, x)?;
         let actuator = self.actuator(step, x)?;
@@ -34,7 +34,8 @@ impl Study {
         let shift = SPIKE_ANGLE_DEG.to_radians().cos() - least.to_radians().cos();
         let spikes = validity.spikes.iter().map(|row| row.value + shift);
         let walls = validity.walls.iter().map(|row| row.value);
-        Ok(spikes.chain(walls).collect())
+        let centres = validity.centres.iter().map(|row| row.value);
+        Ok(spikes.chain(walls).chain(centres).collect())
     }
 
     fn chamber_constraints(&self, step: usize) -> Result<&ChamberConstraints, StudyError> {
@@ -50,7 +51,12 @@ impl Study {
         actuator: &Actuator,
     ) -> Result<Validity, StudyError> {
         let constraints = self.chamber_constraints(step)?;
-        Ok(Validity::of(actuator, constraints.wall_mm))
+        let (body, ..) = self.chambers(step)?;
+        let boxes = LayoutBoxes {
+            wall_mm: constraints.wall_mm,
+            ..body.actuator.boxes()
+        };
+        Ok(Validity::in_boxes(actuator, &boxes))
     }
 
     /// The mesh plan of a finite-element step for a plan base: what [`super::EvaluationRequest::plan_base`] stands for.

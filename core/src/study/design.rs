@@ -9,7 +9,7 @@ use super::spec::{
     StudyStep, Variables,
 };
 use crate::fault::Faults;
-use crate::geometry::{Actuator, LayoutBoxes, Point, cascade, units_of_design};
+use crate::geometry::{Actuator, ChamberCorners, LayoutBoxes, Point, cascade};
 use crate::scene::measure::{Bound, Goal, Measure};
 use crate::scene::{ActuatorBody, Body, Orientation, Probe, Scene};
 
@@ -32,6 +32,7 @@ impl StudyActuator {
     pub fn boxes(&self) -> LayoutBoxes {
         LayoutBoxes {
             layout: self.layout,
+            corners: self.corners,
             unit_mm: self.unit_mm,
             wall_mm: self.wall_mm,
             clearance_mm: self.centre_clearance_mm,
@@ -40,19 +41,38 @@ impl StudyActuator {
 }
 
 impl Variables {
-    /// Bounds; `None` where they depend on an actuator that is not there. `direct`: all its units are free.
+    /// Whether they are the letters of a sequence of units.
+    pub fn are_letters(&self) -> bool {
+        let sequence = Parametrisation::Sequence;
+        matches!(self, Self::Chambers { parametrisation, .. } if *parametrisation == sequence)
+    }
+
+    /// Corners of each chamber where the step has its own number of them.
+    pub fn corners(&self) -> Option<ChamberCorners> {
+        match self {
+            Self::Chambers { corners, .. } => *corners,
+            Self::Bounds { .. } => None,
+        }
+    }
+
+    /// Bounds; `None` where they depend on an actuator that is not there, or on what other steps give. `direct`: all its units are free.
     pub(super) fn bounds(&self, body: Option<&StudyBody>, direct: bool) -> Option<Bounds> {
         match self {
             Self::Bounds { lower, upper } => Some((lower.clone(), upper.clone())),
-            Self::Chambers { parametrisation } => {
+            Self::Chambers {
+                parametrisation, ..
+            } => {
                 let actuator = &body?.actuator;
-                let boxes = actuator.boxes();
+                let mut boxes = actuator.boxes();
+                boxes.corners = self.corners().unwrap_or(boxes.corners);
                 let [lower, upper] = match parametrisation {
                     Parametrisation::Corners => {
                         let units = if direct { actuator.units } else { 1 };
                         boxes.bounds().map(|of_unit| of_unit.repeat(units))
                     }
                     Parametrisation::Rectangle => boxes.rectangle_bounds().map(Vec::from),
+                    // The alphabet is that of the step.
+                    Parametrisation::Sequence => return None,
                 };
                 Some((lower, upper))
             }
@@ -84,18 +104,28 @@ impl Study {
     pub fn variables(&self, step: usize) -> Result<DesignVariables, StudyError> {
         let s = self.step(step)?;
         let body = self.body_of(step)?;
-        let (lower, upper) = s
-            .variables
-            .bounds(body.as_deref(), s.model.is_direct())
-            .ok_or(StudyError::NoChambers { step })?;
+        let (lower, upper) = if s.variables.are_letters() {
+            let units = self.free_units(step)?;
+            let last = self.letters(step)?.saturating_sub(1) as f64;
+            (vec![0.0; units], vec![last; units])
+        } else {
+            s.variables
+                .bounds(body.as_deref(), s.model.is_direct())
+                .ok_or(StudyError::NoChambers { step })?
+        };
         let names = match s.variables {
             Variables::Bounds { .. } => (1..=lower.len()).map(|k| format!("x{k}")).collect(),
-            Variables::Chambers { parametrisation } => match parametrisation {
+            Variables::Chambers {
+                parametrisation, ..
+            } => match parametrisation {
                 Parametrisation::Corners => {
                     let units = self.free_units(step)?;
                     corner_names(units, lower.len() / units)
                 }
                 Parametrisation::Rectangle => vec!["width".into(), "height".into()],
+                Parametrisation::Sequence => (1..=lower.len())
+                    .map(|unit| format!("unit{unit}"))
+                    .collect(),
             },
         };
         Ok(DesignVariables {
@@ -105,7 +135,7 @@ impl Study {
         })
     }
 
-    /// The shared part as a step has it: with its own number of units, with the layout that it was given. `None` where every
+    /// The shared part as a step has it: with its own numbers of units and of corners, with the layout that it was given. `None` where every
     /// step is a program.
     ///
     /// # Errors
@@ -117,12 +147,15 @@ impl Study {
         };
         let units = s.model.units().unwrap_or(body.actuator.units);
         let layout = s.given.layout.unwrap_or(body.actuator.layout);
-        if (units, layout) == (body.actuator.units, body.actuator.layout) {
+        let corners = s.variables.corners().unwrap_or(body.actuator.corners);
+        let of_body = &body.actuator;
+        if (units, layout, corners) == (of_body.units, of_body.layout, of_body.corners) {
             return Ok(Some(Cow::Borrowed(body)));
         }
         let mut body = body.clone();
         body.actuator.units = units;
         body.actuator.layout = layout;
+        body.actuator.corners = corners;
         Ok(Some(Cow::Owned(body)))
     }
 
@@ -161,6 +194,7 @@ impl Study {
                 Ok(body.actuator.boxes().rectangles([*width, *height]))
             }
             (Parametrisation::Rectangle, _) => Err(wrong(2)),
+            (Parametrisation::Sequence, x) => self.corners_of_sequence(step, x),
             (Parametrisation::Corners, x) => {
                 let expected = body.actuator.boxes().variables() * self.free_units(step)?;
                 if x.len() == expected {
@@ -178,7 +212,9 @@ impl Study {
     ) -> Result<(Cow<'_, StudyBody>, Parametrisation), StudyError> {
         let (body, s, _) = self.chambers(step)?;
         match s.variables {
-            Variables::Chambers { parametrisation } => Ok((body, parametrisation)),
+            Variables::Chambers {
+                parametrisation, ..
+            } => Ok((body, parametrisation)),
             Variables::Bounds { .. } => Err(StudyError::NoChambers { step }),
         }
     }
@@ -189,8 +225,7 @@ impl Study {
         let (body, s, _) = self.chambers(step)?;
         let unit_mm = body.actuator.unit_mm;
         let corner_radius_mm = body.actuator.corner_radius_mm;
-        let variables_per_unit = body.actuator.boxes().variables();
-        let units = units_of_design(&corners, variables_per_unit).unwrap_or_default();
+        let units = body.actuator.boxes().units(&corners).unwrap_or_default();
         if s.model.is_direct() {
             return Ok(Actuator {
                 unit_mm,
@@ -300,6 +335,7 @@ impl Study {
         let (body, parametrisation) = self.parametrisation(step)?;
         Ok(match parametrisation {
             Parametrisation::Corners => corner_gradient.to_vec(),
+            Parametrisation::Sequence => return Err(StudyError::Discrete { step }),
             Parametrisation::Rectangle => {
                 let mut gradient = vec![0.0; 2];
                 for (g, row) in corner_gradient
@@ -372,7 +408,8 @@ impl Study {
         Ok(self.geometry_values(step, &start)?.len())
     }
 
-    /// A void of twice the centre clearance (1 x 1 mm in the paper) at the centre of every chamber's domain.
+    /// A void of twice the centre clearance (1 x 1 mm in the paper) at the centre of every chamber's domain; of sequences the
+    /// first letter everywhere.
     pub(super) fn paper_start(&self, step: usize) -> Result<Vec<f64>, StudyError> {
         let (body, parametrisation) = self.parametrisation(step)?;
         Ok(match parametrisation {
@@ -381,6 +418,7 @@ impl Study {
                 of_unit.repeat(self.free_units(step)?)
             }
             Parametrisation::Rectangle => vec![2.0 * body.actuator.centre_clearance_mm; 2],
+            Parametrisation::Sequence => vec![0.0; self.free_units(step)?],
         })
     }
 }

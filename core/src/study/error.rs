@@ -29,6 +29,24 @@ pub enum StudyError {
         /// Numbers found.
         found: usize,
     },
+    /// A variable that is no letter of the step's alphabet.
+    #[error("read letter {letter} of unit {place} (from 0): step {step} has the letters 0 to {} at most", letters.saturating_sub(1))]
+    NoSuchLetter {
+        /// Index of the step.
+        step: usize,
+        /// Index of the unit.
+        place: usize,
+        /// The letter found.
+        letter: f64,
+        /// Number of letters.
+        letters: usize,
+    },
+    /// A derivative with respect to letters.
+    #[error("differentiate step {step}: its variables are letters of a sequence")]
+    Discrete {
+        /// Index of the step.
+        step: usize,
+    },
     /// The optimiser refused the problem.
     #[error("open a run of step {step}: {source}")]
     Start {

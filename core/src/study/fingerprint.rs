@@ -1,5 +1,6 @@
 //! Hashes: of a study, of an evaluation, of a history. SHA-256 in hex digits; numbers enter by their bits.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
 use serde::Serialize;
@@ -7,8 +8,15 @@ use sha2::{Digest, Sha256};
 
 use super::error::StudyError;
 use super::result::{EvaluationRequest, Outcome};
-use super::spec::{Model, Study};
+use super::spec::{Model, Parametrisation, Study, Variables};
 use crate::optimiser::AskKind;
+
+/// The variables of free units.
+const CORNERS: Variables = Variables::Chambers {
+    parametrisation: Parametrisation::Corners,
+    // The body says how many.
+    corners: None,
+};
 
 /// One line of a restart's history, in the optimiser's order.
 #[derive(Clone, Copy, Debug)]
@@ -85,6 +93,15 @@ impl EvaluationRequest {
     pub fn key(&self, study: &Study, build: &str) -> Result<String, StudyError> {
         let study = &*study.given(self.step, &self.given);
         let step = study.step(self.step)?;
+        // A sequence is the free units that it stands for, whatever its alphabet is; it does not matter where the document says how
+        // many corners a chamber has.
+        let variables = match &step.variables {
+            Variables::Chambers {
+                parametrisation: Parametrisation::Corners | Parametrisation::Sequence,
+                ..
+            } => &CORNERS,
+            others => others,
+        };
         let mut hash = Sha256::new();
         text(&mut hash, "salp evaluation 1");
         text(&mut hash, build);
@@ -93,7 +110,7 @@ impl EvaluationRequest {
         } else {
             text(&mut hash, &json(&study.body_of(self.step)?));
             text(&mut hash, &json(&step.target));
-            text(&mut hash, &json(&step.variables));
+            text(&mut hash, &json(&variables));
             text(&mut hash, &json(&step.constraints));
         }
         // The number of units is that of the body: it does not matter where the document says it.
@@ -102,14 +119,23 @@ impl EvaluationRequest {
             text(&mut hash, &json(&self.given.behaviour));
         }
         text(&mut hash, &json(&self.orientation));
-        bits(&mut hash, &self.x);
-        bits(&mut hash, self.plan_base.as_deref().unwrap_or(&[]));
+        bits(&mut hash, &of_letters(study, self.step, &self.x)?);
+        let base = self.plan_base.as_deref().unwrap_or(&[]);
+        bits(&mut hash, &of_letters(study, self.step, base)?);
         number(&mut hash, u64::from(self.want_gradient));
         number(&mut hash, u64::from(self.second_mesh));
         if let Some(fidelity) = &self.fidelity {
             text(&mut hash, &json(fidelity));
         }
         Ok(hex(hash))
+    }
+}
+
+/// The corners of a sequence; any other design as it is.
+fn of_letters<'x>(study: &Study, step: usize, x: &'x [f64]) -> Result<Cow<'x, [f64]>, StudyError> {
+    match study.sequence(step, x) {
+        Some(_) => study.corners(step, x).map(Cow::Owned),
+        None => Ok(Cow::Borrowed(x)),
     }
 }
 

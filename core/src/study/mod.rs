@@ -13,6 +13,7 @@ pub mod restart;
 pub mod result;
 mod rows;
 mod schema;
+mod sequence;
 pub mod spec;
 mod start;
 pub mod surrogate;
@@ -36,5 +37,6 @@ pub use result::{
 };
 pub use schema::{SCHEMA, schema};
 pub use spec::Study;
+pub(crate) use start::scaled_distance;
 pub use start::{Drawn, RestartSpec};
-pub use takes::{Given, StepInputs};
+pub use takes::{Given, Letter, StepInputs};

@@ -188,6 +188,10 @@ pub fn begin(
             let share = step.evaluations_per_restart().unwrap_or(usize::MAX);
             search.evaluations = search.evaluations.min(share);
         }
+        OptimiserOptions::Exchange(exchange) => {
+            let limits = [exchange.max_evaluations, step.evaluations_per_restart()];
+            exchange.max_evaluations = limits.into_iter().flatten().min();
+        }
         _ => {}
     }
     let (optimiser, asks) =

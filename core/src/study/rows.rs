@@ -23,7 +23,8 @@ impl Study {
         let boxes = body.actuator.boxes();
         let corners = boxes.variables() / 2;
         if body.stretch_limit(constraints).is_some() {
-            let name = |k| format!("stretch: chamber {}, corner {}", k / 4 + 1, k % 4 + 1);
+            let each = boxes.corners.count();
+            let name = |k| format!("stretch: chamber {}, corner {}", k / each + 1, k % each + 1);
             names.extend((0..corners).map(name));
             if let Some(factor) = constraints.load_margin.number() {
                 let name = |k| format!("at {factor} times the load, {}", name(k));

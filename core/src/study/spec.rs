@@ -10,7 +10,7 @@ use super::race::Competition;
 use super::result::is_false;
 use super::takes::{Given, Pass, Simplification, Take};
 use crate::actuation::ActuationCycle;
-use crate::geometry::{Layout, Point};
+use crate::geometry::{ChamberCorners, Layout, Point};
 use crate::material::{MaterialLaw, records};
 use crate::optimiser::OptimiserOptions;
 use crate::reduced::LinearTransform;
@@ -58,6 +58,9 @@ pub struct StudyActuator {
     pub units: usize,
     /// Which chambers a unit holds.
     pub layout: Layout,
+    /// Corners of each chamber.
+    #[serde(skip_serializing_if = "is_four")]
+    pub corners: ChamberCorners,
     /// Least distance from a chamber's domain to the unit's boundary, and between the two domains.
     pub wall_mm: f64,
     /// Distance that each corner keeps from the centre lines of its chamber's domain.
@@ -115,7 +118,7 @@ pub struct StudyStep {
     pub constraints: StepConstraints,
     /// Who chooses the next design.
     pub optimiser: OptimiserOptions,
-    /// Where it starts; a sweep has no starts.
+    /// Where it starts; a sweep and an exchange descent have no starts.
     #[serde(skip_serializing_if = "Restarts::is_empty")]
     pub restarts: Restarts,
     /// When it must end at the latest.
@@ -279,6 +282,9 @@ pub enum Variables {
     Chambers {
         /// How the variables give the corners.
         parametrisation: Parametrisation,
+        /// Corners of each chamber, where they are not as many as the actuator's.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        corners: Option<ChamberCorners>,
     },
     /// The variables of a command model.
     Bounds {
@@ -293,11 +299,13 @@ pub enum Variables {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Parametrisation {
-    /// `[x1, y1, ..., x8, y8]` (Eq. 2): the corners themselves, chamber after chamber; with free units one such list after
+    /// `[x1, y1, ..., x8, y8]` (Eq. 2), of hexagons to `y12`: the corners themselves, chamber after chamber; with free units one such list after
     /// the other, from the clamped end.
     Corners,
     /// `[width, height]`: two equal rectangles, each at its domain's centre.
     Rectangle,
+    /// One index for each free unit, from 0, into the units that the step takes from others as its alphabet.
+    Sequence,
 }
 
 /// What must hold, feasible when <= 0.
@@ -609,6 +617,14 @@ fn actuation_as_document<S: Serializer>(
 )]
 fn is_backward(pass: &Pass) -> bool {
     *pass == Pass::Backward
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature that serde asks for"
+)]
+fn is_four(corners: &ChamberCorners) -> bool {
+    *corners == ChamberCorners::Four
 }
 
 #[expect(

@@ -30,7 +30,7 @@ pub struct Take {
     /// As what.
     #[serde(rename = "as")]
     pub taken_as: TakenAs,
-    /// The units, counted from 1, whose chambers it gives; empty: all of them.
+    /// The units, counted from 1, whose chambers it gives; of an alphabet those of the other step's design. Empty: all of them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub units: Vec<usize>,
     /// How many of its candidates are taken, from the best on.
@@ -45,6 +45,8 @@ pub enum TakenAs {
     Starts,
     /// Designs that a sweep evaluates as they are.
     Geometry,
+    /// Units of which sequences are made.
+    Alphabet,
     /// The chamber layout of the best one.
     Layout,
     /// The transformations that the best one asks for.
@@ -86,6 +88,20 @@ pub struct Given {
     /// Transformations of a unit that are asked for, in the order of the actuations.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub behaviour: Vec<LinearTransform>,
+    /// Units of which its sequences are made.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alphabet: Vec<Letter>,
+}
+
+/// A unit of which sequences are made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Letter {
+    /// Chamber corners `[x1, y1, ...]`, mm.
+    pub corners: Vec<f64>,
+    /// Which unit of the candidate it is, from 1.
+    pub unit: usize,
+    /// The candidate.
+    pub from: TakenFrom,
 }
 
 impl Given {

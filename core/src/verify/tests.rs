@@ -135,17 +135,25 @@ fn designs_have_their_thirds_and_are_read_from_ledgers() {
 
 #[test]
 fn random_designs_do_not_fold() {
-    use crate::geometry::{Layout, samples::Stratum};
+    use crate::geometry::{ChamberCorners, Layout, LayoutBoxes, samples::Stratum};
     for (name, layout) in Layout::NAMES {
-        let n = if layout == Layout::StackedPair {
-            40
-        } else {
-            20
-        };
-        for stratum in Stratum::ALL {
-            let count = designs::mesh_designs(layout, stratum, designs::SEED, 0..n);
-            assert_eq!((count.designs, count.folds), (n, 0), "{name}: {count:?}");
-            assert!(count.least_jacobian_mm2 > 0.0 && count.least_scaled_jacobian >= 0.05);
+        for corners in [ChamberCorners::Four, ChamberCorners::Six] {
+            let boxes = LayoutBoxes {
+                layout,
+                corners,
+                ..LayoutBoxes::PAPER
+            };
+            let n = match (layout, corners) {
+                (Layout::StackedPair, ChamberCorners::Four) => 40,
+                _ => 20,
+            };
+            for stratum in Stratum::ALL {
+                let count = designs::mesh_designs(&boxes, stratum, designs::SEED, 0..n);
+                let what = format!("{name}, {corners:?}: {count:?}");
+                assert_eq!((count.designs, count.folds), (n, 0), "{what}");
+                assert!(count.least_jacobian_mm2 > 0.0, "{what}");
+                assert!(count.least_scaled_jacobian >= 0.05, "{what}");
+            }
         }
     }
 }

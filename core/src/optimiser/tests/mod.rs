@@ -4,6 +4,7 @@ mod cases;
 mod check_points;
 mod conditions;
 mod door;
+mod exchange;
 mod failures;
 mod growth;
 mod odd;

@@ -7,7 +7,7 @@ use crate::optimiser::{
 };
 use crate::random::SplitMix64;
 
-fn values(objective: f64) -> Told {
+pub(super) fn values(objective: f64) -> Told {
     Told::Values(Values {
         objective,
         constraints: Vec::new(),
@@ -260,7 +260,7 @@ fn doublings_begin_again_with_twice_the_population() {
     assert_eq!(sizes, [8, 16, 32]);
 }
 
-fn reborn(state: &OptimiserState) -> OptimiserState {
+pub(super) fn reborn(state: &OptimiserState) -> OptimiserState {
     let text = serde_json::to_string(state).expect("a state that can be written");
     let read: OptimiserState = serde_json::from_str(&text).expect("a state that can be read");
     assert_eq!(&read, state);

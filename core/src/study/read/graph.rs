@@ -3,9 +3,11 @@
 use std::collections::BTreeSet;
 
 use crate::document::Object;
+use crate::geometry::ChamberCorners;
 use crate::optimiser::OptimiserOptions;
+use crate::study::sequence::most_letters;
 use crate::study::spec::{Model, Parametrisation, StartKind, StudyBody, StudyStep, Variables};
-use crate::study::takes::{Pass, Simplification, TakenAs};
+use crate::study::takes::{Pass, Simplification, Take, TakenAs};
 
 /// Notes every fault of the graph, and fills in how many candidates are taken where the document does not say it.
 pub fn check_graph(
@@ -81,7 +83,9 @@ impl Graph<'_> {
                 );
                 self.fault(&format!("{path}.step"), message);
             }
-            if let Some(complaint) = has_not(take.taken_as, step, other) {
+            let complaint = has_not(take.taken_as, step, other)
+                .or_else(|| self.corners_lost(take.taken_as, step, other));
+            if let Some(complaint) = complaint {
                 self.fault(&format!("{path}.as"), complaint);
             }
             if take.candidates > other.keeps {
@@ -99,9 +103,31 @@ impl Graph<'_> {
         }
     }
 
+    /// Quadrilaterals are hexagons too, but not the other way round.
+    fn corners_lost(&self, taken: TakenAs, step: &StudyStep, other: &StudyStep) -> Option<String> {
+        let of_body = self.body?.actuator.corners;
+        let corners = |s: &StudyStep| s.variables.corners().unwrap_or(of_body);
+        let chambers = matches!(
+            taken,
+            TakenAs::Starts | TakenAs::Geometry | TakenAs::Alphabet
+        );
+        let lost =
+            chambers && corners(other) == ChamberCorners::Six && corners(step) != corners(other);
+        lost.then(|| {
+            format!(
+                "chambers of step \"{}\" have six corners, those of this one four",
+                other.id
+            )
+        })
+    }
+
     /// Designs are taken exactly where the optimiser wants them, and every free unit gets one.
     fn designs(&mut self, steps: &[StudyStep], i: usize) {
         let step = &steps[i];
+        if step.variables.are_letters() {
+            self.letters(steps, i);
+            return;
+        }
         let sweeps = matches!(&step.optimiser, OptimiserOptions::Sweep(_));
         let wanted = match &step.optimiser {
             OptimiserOptions::Sweep(options) => options.points.is_empty(),
@@ -179,6 +205,44 @@ impl Graph<'_> {
         }
     }
 
+    /// The units of sequences are there, and enough of them.
+    fn letters(&mut self, steps: &[StudyStep], i: usize) {
+        let step = &steps[i];
+        let of_designs = |t: &Take| matches!(t.taken_as, TakenAs::Starts | TakenAs::Geometry);
+        if let Some(k) = step.takes.iter().position(of_designs) {
+            self.fault(
+                &format!("step[{i}].takes[{k}].as"),
+                "a sequence is made of units of other steps: take them as \"alphabet\"".into(),
+            );
+            return;
+        }
+        let whole = self.body.map_or(1, |body| body.actuator.units);
+        let offered = most_letters(steps, step, whole);
+        if offered < 2 {
+            self.fault(
+                &format!("step[{i}].takes"),
+                format!(
+                    "a sequence needs two units at least, taken as \"alphabet\" (keeps of their steps, candidates); found {offered}"
+                ),
+            );
+        }
+        for (k, take) in step.takes.iter().enumerate() {
+            let Some(source) = steps.iter().find(|s| s.id == take.step) else {
+                continue;
+            };
+            let free = if source.model.is_direct() {
+                self.units(source)
+            } else {
+                1
+            };
+            let of_alphabet = take.taken_as == TakenAs::Alphabet;
+            if let Some(unit) = take.units.iter().find(|u| of_alphabet && **u > free) {
+                let message = format!("step \"{}\" designs {free}, not unit {unit}", take.step);
+                self.fault(&format!("step[{i}].takes[{k}].units"), message);
+            }
+        }
+    }
+
     fn units(&self, step: &StudyStep) -> usize {
         let whole = self.body.map_or(1, |body| body.actuator.units);
         step.model.units().unwrap_or(whole)
@@ -205,7 +269,8 @@ impl Graph<'_> {
                     let symmetric = matches!(
                         step.variables,
                         Variables::Chambers {
-                            parametrisation: Parametrisation::Rectangle
+                            parametrisation: Parametrisation::Rectangle,
+                            ..
                         }
                     );
                     (!symmetric).then(|| {
@@ -269,7 +334,11 @@ fn has_not(taken_as: TakenAs, step: &StudyStep, other: &StudyStep) -> Option<Str
         TakenAs::Layout if !chambers(&step.model) || matches!(step.model, Model::FeLayouts(_)) => {
             Some("only a chain of units takes a layout".into())
         }
-        TakenAs::Layout if !chambers(&other.model) => {
+        TakenAs::Alphabet if !step.variables.are_letters() => Some(
+            "only sequences have an alphabet: variables = { parametrisation = \"sequence\" }"
+                .into(),
+        ),
+        TakenAs::Layout | TakenAs::Alphabet if !chambers(&other.model) => {
             Some(format!("step \"{}\" has no chambers", other.id))
         }
         TakenAs::Behaviour if !matches!(step.model, Model::FeLayouts(_)) => {
@@ -279,7 +348,7 @@ fn has_not(taken_as: TakenAs, step: &StudyStep, other: &StudyStep) -> Option<Str
             "step \"{}\" asks for no transformations: its model is none of \"linear_transform\" and \"constant_strain\"",
             other.id
         )),
-        TakenAs::Layout | TakenAs::Behaviour => None,
+        TakenAs::Layout | TakenAs::Behaviour | TakenAs::Alphabet => None,
         TakenAs::Starts | TakenAs::Geometry => match (&other.model, &step.model) {
             (Model::FeDirect(_), Model::FeCascade(_)) => Some(format!(
                 "the units of step \"{}\" differ from each other, and here all are copies of one",
@@ -293,7 +362,8 @@ fn has_not(taken_as: TakenAs, step: &StudyStep, other: &StudyStep) -> Option<Str
                 let rectangle = matches!(
                     step.variables,
                     Variables::Chambers {
-                        parametrisation: Parametrisation::Rectangle
+                        parametrisation: Parametrisation::Rectangle,
+                        ..
                     }
                 );
                 rectangle.then(|| {

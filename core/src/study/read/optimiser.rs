@@ -4,8 +4,8 @@ use super::restarts::read_points;
 use super::step::MAX_EVALUATIONS;
 use crate::document::{Node, Object};
 use crate::optimiser::{
-    CmaEsOptions, Curvature, DescentOptions, GcmmaOptions, GradientSource, MmfdOptions,
-    OptimiserOptions, RandomSearchOptions, SqpOptions, SweepOptions,
+    CmaEsOptions, Curvature, DescentOptions, ExchangeOptions, GcmmaOptions, GradientSource,
+    MmfdOptions, OptimiserOptions, RandomSearchOptions, SqpOptions, SweepOptions,
 };
 
 pub(super) const MAX_POINTS: usize = 100_000;
@@ -22,6 +22,7 @@ enum Method {
     Sqp,
     CmaEs,
     RandomSearch,
+    Exchange,
     Sweep,
 }
 
@@ -109,6 +110,7 @@ pub fn read_optimiser(
         ("sqp", Method::Sqp),
         ("cma_es", Method::CmaEs),
         ("random_search", Method::RandomSearch),
+        ("exchange", Method::Exchange),
         ("sweep", Method::Sweep),
     ])?;
     let options = match method {
@@ -117,6 +119,7 @@ pub fn read_optimiser(
         Method::Sqp => read_sqp(&object, gradients).map(OptimiserOptions::Sqp),
         Method::CmaEs => read_cma_es(&object).map(OptimiserOptions::CmaEs),
         Method::RandomSearch => read_random_search(&object).map(OptimiserOptions::RandomSearch),
+        Method::Exchange => read_exchange(&object).map(OptimiserOptions::Exchange),
         Method::Sweep => read_sweep(&object, of_unit, bounds).map(OptimiserOptions::Sweep),
     }?;
     let mut faults = crate::fault::Faults::default();
@@ -280,6 +283,35 @@ fn read_random_search(object: &Object<'_>) -> Option<RandomSearchOptions> {
         seed: seed?,
         evaluations: evaluations?,
         batch: batch?,
+        violation_tolerance: violation_tolerance?,
+    })
+}
+
+fn read_exchange(object: &Object<'_>) -> Option<ExchangeOptions> {
+    object.allow(&[
+        "method",
+        "enumerate_up_to",
+        "max_iterations",
+        "max_evaluations",
+        "violation_tolerance",
+    ]);
+    let default = ExchangeOptions::default();
+    let enumerate_up_to = object.or("enumerate_up_to", default.enumerate_up_to, |n| {
+        n.count(0, MAX_POINTS)
+    });
+    let max_iterations = object.or("max_iterations", default.max_iterations, |n| {
+        n.count(1, MOST)
+    });
+    let max_evaluations = object.optional("max_evaluations", |n| n.count(1, MAX_EVALUATIONS));
+    let violation_tolerance = object.or(
+        "violation_tolerance",
+        default.violation_tolerance,
+        Node::number,
+    );
+    Some(ExchangeOptions {
+        enumerate_up_to: enumerate_up_to?,
+        max_iterations: max_iterations?,
+        max_evaluations: max_evaluations?,
         violation_tolerance: violation_tolerance?,
     })
 }

@@ -10,7 +10,7 @@ const MAX_DRAWN: usize = 10_000;
 const DRAWN: &str = "\"random\", \"latin_hypercube\" or \"sobol\"";
 const DEFAULT_SEED: u64 = 1;
 
-/// Reads `restarts`; a sweep has none. `of_unit`: the number of corner variables of a unit, `None` for a program. `fidelities`:
+/// Reads `restarts`; a sweep and an exchange descent have none. `of_unit`: the number of corner variables of a unit, `None` for a program. `fidelities`:
 /// what may be coarser on a rung of theirs.
 pub fn read_restarts(
     step: &Object<'_>,
@@ -19,14 +19,16 @@ pub fn read_restarts(
     bounds: Option<&Bounds>,
     fidelities: Fidelities,
 ) -> Option<Restarts> {
-    if matches!(optimiser, Some(OptimiserOptions::Sweep(_))) {
+    if let Some(options) = optimiser.filter(|o| !o.has_starts()) {
         if step.has("restarts") {
-            step.fault(
-                "restarts",
-                "a sweep evaluates its own points and has no starts",
-            );
+            let message = if matches!(options, OptimiserOptions::Exchange(_)) {
+                "an exchange descent begins with its uniform sequences and has no starts"
+            } else {
+                "a sweep evaluates its own points and has no starts"
+            };
+            step.fault("restarts", message);
         }
-        return Some(Restarts::sweep());
+        return Some(Restarts::none());
     }
     let Some(node) = step.get("restarts") else {
         // An optimiser that could not be read may be a sweep, so nothing is known to be missing.

@@ -14,7 +14,7 @@ use crate::optimiser::OptimiserOptions;
 use crate::scene::ContactMode;
 use crate::study::fidelity::allows_fewer_states;
 use crate::study::spec::{
-    Budget, Model, Parametrisation, StepConstraints, StudyBody, StudyStep, Variables,
+    Budget, FeModel, Model, Parametrisation, StepConstraints, StudyBody, StudyStep, Variables,
 };
 use crate::study::takes::Given;
 
@@ -108,6 +108,7 @@ pub fn read_step(
         ) => Some(read_bounds_of(model)),
         (None, _) if chambers => Some(Variables::Chambers {
             parametrisation: Parametrisation::Corners,
+            corners: None,
         }),
         (None, _) if kind == Kind::Command => {
             step.fault(
@@ -147,7 +148,9 @@ pub fn read_step(
     let bounds = variables
         .as_ref()
         .and_then(|v| v.bounds(body, kind == Kind::FeDirect));
-    let boxes = body.map_or(LayoutBoxes::PAPER, |b| b.actuator.boxes());
+    let mut boxes = body.map_or(LayoutBoxes::PAPER, |b| b.actuator.boxes());
+    let own = variables.as_ref().and_then(Variables::corners);
+    boxes.corners = own.unwrap_or(boxes.corners);
     let of_unit = chambers.then(|| boxes.variables());
     let optimiser = step
         .required("optimiser")
@@ -162,6 +165,12 @@ pub fn read_step(
             "a layout is a discrete choice: \"sweep\" is what can make it",
         );
     }
+    check_sequence(
+        &step,
+        variables.as_ref(),
+        optimiser.as_ref(),
+        model.as_ref(),
+    );
     let fewer_states = match (body, &target, &constraints) {
         (Some(body), Some(target), Some(constraints)) => {
             allows_fewer_states(body, target.as_ref(), constraints)
@@ -201,6 +210,35 @@ pub fn read_step(
     };
     check_budget(&step, &read)?;
     Some(read)
+}
+
+/// A sequence is a discrete choice, which one method can make, and that method can make no other.
+fn check_sequence(
+    step: &Object<'_>,
+    variables: Option<&Variables>,
+    optimiser: Option<&OptimiserOptions>,
+    model: Option<&Model>,
+) {
+    let letters = variables.is_some_and(Variables::are_letters);
+    match optimiser {
+        Some(OptimiserOptions::Exchange(_)) if variables.is_some() && !letters => step.fault(
+            "optimiser.method",
+            "\"exchange\" makes sequences of units: variables = { parametrisation = \"sequence\" }",
+        ),
+        Some(OptimiserOptions::Exchange(_)) | None => {}
+        Some(_) if letters => step.fault(
+            "optimiser.method",
+            "a sequence of units is a discrete choice: \"exchange\" is what can make it",
+        ),
+        Some(_) => {}
+    }
+    let chooses = model.and_then(Model::finite_elements);
+    if letters && chooses.is_some_and(FeModel::is_unchosen) {
+        step.fault(
+            "model.mesh",
+            "an error is measured before anything runs, when no unit of the sequences is there: give max_size_mm or mean_size_mm",
+        );
+    }
 }
 
 /// A budget that does not reach for one evaluation a restart, or for all points of a sweep, is a mistake.

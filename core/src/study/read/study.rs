@@ -4,9 +4,10 @@ use serde_json::Value;
 
 use super::graph::check_graph;
 use super::step::read_step;
+use super::variables::read_corners;
 use crate::document::{Node, Object, read};
 use crate::fault::Faults;
-use crate::geometry::Layout;
+use crate::geometry::{ChamberCorners, Layout};
 use crate::material::records::{self, DEFAULT_RECORD};
 use crate::scene::actuation::read_actuation;
 use crate::scene::actuator::{DEFAULT_UNIT_MM, MAX_UNITS, read_corner_radius_mm, read_unit_mm};
@@ -161,6 +162,7 @@ impl Default for StudyActuator {
             unit_mm: DEFAULT_UNIT_MM,
             units: 3,
             layout: Layout::StackedPair,
+            corners: ChamberCorners::Four,
             wall_mm: DEFAULT_WALL_MM,
             centre_clearance_mm: DEFAULT_CENTRE_CLEARANCE_MM,
             corner_radius_mm: 0.0,
@@ -173,6 +175,7 @@ fn read_actuator(node: &Node<'_>) -> Option<StudyActuator> {
         "unit_mm",
         "units",
         "layout",
+        "corners",
         "wall_mm",
         "centre_clearance_mm",
         "corner_radius_mm",
@@ -181,6 +184,7 @@ fn read_actuator(node: &Node<'_>) -> Option<StudyActuator> {
     let unit_mm = object.or("unit_mm", default.unit_mm, read_unit_mm);
     let units = object.or("units", default.units, |n| n.count(1, MAX_UNITS));
     let layout = object.or("layout", default.layout, |n| n.choice(&Layout::NAMES));
+    let corners = object.or("corners", default.corners, read_corners);
     let wall_mm = object.or("wall_mm", default.wall_mm, Node::positive);
     let clearance = object.or(
         "centre_clearance_mm",
@@ -194,6 +198,7 @@ fn read_actuator(node: &Node<'_>) -> Option<StudyActuator> {
         unit_mm: unit_mm?,
         units: units?,
         layout: layout?,
+        corners: corners?,
         wall_mm: wall_mm?,
         centre_clearance_mm: clearance?,
         corner_radius_mm: corner_radius_mm?,

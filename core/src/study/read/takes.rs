@@ -52,6 +52,7 @@ fn read_take(node: &Node<'_>) -> Option<Take> {
         n.choice(&[
             ("starts", TakenAs::Starts),
             ("geometry", TakenAs::Geometry),
+            ("alphabet", TakenAs::Alphabet),
             ("layout", TakenAs::Layout),
             ("behaviour", TakenAs::Behaviour),
         ])

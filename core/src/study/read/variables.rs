@@ -2,6 +2,7 @@
 
 use super::model::Kind;
 use crate::document::Node;
+use crate::geometry::ChamberCorners;
 use crate::study::spec::{Model, Parametrisation, Variables};
 
 const MAX_VARIABLES: usize = 10_000;
@@ -27,25 +28,42 @@ pub fn read_bounds_of(model: &Model) -> Variables {
     Variables::Bounds { lower, upper }
 }
 
+/// Reads how many corners a chamber has.
+pub fn read_corners(node: &Node<'_>) -> Option<ChamberCorners> {
+    match ChamberCorners::try_from(node.count(1, usize::MAX)?) {
+        Ok(corners) => Some(corners),
+        Err(message) => node.fault(message),
+    }
+}
+
 /// Reads `variables` of a model of the given kind.
 pub fn read_variables(node: &Node<'_>, kind: Kind, model: Option<&Model>) -> Option<Variables> {
     if !matches!(
         kind,
         Kind::Command | Kind::LinearTransform | Kind::ConstantStrain
     ) {
-        let object = node.object(&["parametrisation"])?;
+        let object = node.object(&["parametrisation", "corners"])?;
+        let corners = object.optional("corners", read_corners);
         let parametrisation = object.or("parametrisation", Parametrisation::Corners, |n| {
             let parametrisation = n.choice(&[
                 ("corners", Parametrisation::Corners),
                 ("rectangle", Parametrisation::Rectangle),
+                ("sequence", Parametrisation::Sequence),
             ])?;
             n.expect(
-                kind != Kind::FeDirect || parametrisation == Parametrisation::Corners,
+                kind != Kind::FeDirect || parametrisation != Parametrisation::Rectangle,
                 "\"rectangle\" describes one unit that is repeated; with \"fe_direct\" each unit has its own corners",
+            )?;
+            n.expect(
+                kind == Kind::FeDirect || parametrisation != Parametrisation::Sequence,
+                "a sequence says of each unit which one it is: only \"fe_direct\" has units of their own",
             )?;
             Some(parametrisation)
         })?;
-        return Some(Variables::Chambers { parametrisation });
+        return Some(Variables::Chambers {
+            parametrisation,
+            corners: corners?,
+        });
     }
     let object = node.object(&["lower", "upper"])?;
     let lower = object

@@ -29,7 +29,7 @@ pub struct RestartSpec {
     pub index: usize,
     /// What its random numbers came from: of `random` a seed of its own, else the step's.
     pub seed: u64,
-    /// Kind of its start; `None` for a sweep.
+    /// Kind of its start; `None` where the optimiser has none.
     pub start_kind: Option<StartKind>,
     /// How it was drawn; `None` of a start that was not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -70,8 +70,8 @@ struct Start {
 }
 
 impl Restarts {
-    /// Of a sweep, which has no starts.
-    pub(super) fn sweep() -> Self {
+    /// Of an optimiser without starts.
+    pub(super) fn none() -> Self {
         Self {
             start: Vec::new(),
             points: Vec::new(),
@@ -102,21 +102,16 @@ impl StudyStep {
 
     /// Number of restarts; each start counts once per sense of the area.
     pub fn restart_count(&self) -> usize {
-        let starts = match self.optimiser {
-            OptimiserOptions::Sweep(_) => 1,
-            _ => self
-                .restarts
-                .start
-                .iter()
-                .map(|kind| match kind {
-                    StartKind::Paper => 1,
-                    StartKind::Given => self.restarts.points.len(),
-                    StartKind::Random | StartKind::LatinHypercube | StartKind::Sobol => {
-                        self.restarts.count
-                    }
-                    StartKind::Taken => self.most_taken(),
-                })
-                .sum(),
+        let of_kind = |kind: &StartKind| match kind {
+            StartKind::Paper => 1,
+            StartKind::Given => self.restarts.points.len(),
+            StartKind::Random | StartKind::LatinHypercube | StartKind::Sobol => self.restarts.count,
+            StartKind::Taken => self.most_taken(),
+        };
+        let starts = if self.optimiser.has_starts() {
+            self.restarts.start.iter().map(of_kind).sum()
+        } else {
+            1
         };
         starts * self.senses().len()
     }
@@ -146,20 +141,22 @@ impl Study {
         let s = study.step(step)?;
         let mut starts = Vec::new();
         let mut points = Vec::new();
+        let alone = |x0: Vec<f64>| Start {
+            kind: None,
+            seed: s.restarts.seed,
+            drawn: None,
+            x0,
+            orientation: None,
+        };
         match &s.optimiser {
             OptimiserOptions::Sweep(options) => {
                 if options.points.is_empty() {
                     points = inputs.designs.iter().map(|d| d.x.clone()).collect();
                 }
                 let first = options.points.first().or(points.first());
-                starts.push(Start {
-                    kind: None,
-                    seed: s.restarts.seed,
-                    drawn: None,
-                    x0: first.cloned().unwrap_or_default(),
-                    orientation: None,
-                });
+                starts.push(alone(first.cloned().unwrap_or_default()));
             }
+            OptimiserOptions::Exchange(_) => starts.push(alone(study.paper_start(step)?)),
             _ => {
                 for kind in &s.restarts.start {
                     study.add_starts(step, s, *kind, inputs, &mut starts)?;
@@ -272,7 +269,7 @@ impl Study {
 }
 
 /// Largest difference of a variable over the width of its bounds.
-fn scaled_distance(lower: &[f64], upper: &[f64], a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn scaled_distance(lower: &[f64], upper: &[f64], a: &[f64], b: &[f64]) -> f64 {
     let width = |k: usize| match (lower.get(k), upper.get(k)) {
         (Some(low), Some(high)) if high > low => high - low,
         _ => 1.0,

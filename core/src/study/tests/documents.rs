@@ -28,6 +28,7 @@ const EXAMPLES: [&str; 8] = [
     "bend-90",
     "follow-path",
     "three-bar-truss",
+    "mixed",
 ];
 
 #[test]

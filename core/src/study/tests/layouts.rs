@@ -3,6 +3,7 @@
 use serde_json::json;
 
 use super::*;
+use crate::hierarchy::{Candidate, Due, Progress, StepResult, due};
 use crate::scene::read_scene;
 
 fn of_layout(layout: &str, assignments: &[&str]) -> Value {
@@ -181,4 +182,107 @@ fn faults_name_what_the_layout_needs() {
         assert!(faults(&[&area(last)]).is_empty());
         assert_eq!(faults(&[&area(last + 1)]), ["step[0].target.channel"]);
     }
+}
+
+/// Hexagons have half as many variables again, and rows for each corner and each edge.
+#[test]
+fn six_corners_bring_their_variables_and_rows() {
+    let corners = &["actuator.corners=6"];
+    let mut prints = Vec::new();
+    for (layout, chambers) in [
+        ("stacked_pair", 2),
+        ("side_by_side", 2),
+        ("three_chambers", 3),
+    ] {
+        let study = study(&of_layout(layout, corners));
+        assert_eq!(super::study(&study.document()), study);
+        assert_eq!(study.document()["actuator"]["corners"], 6);
+        prints.push(study.fingerprint());
+        let variables = study.variables(0).expect("variables");
+        assert_eq!(variables.lower.len(), 12 * chambers, "{layout}");
+        let of_corner = 1 + 2 + (chambers - 1) + 1 + 2;
+        assert_eq!(study.constraint_count(0), Ok(6 * chambers * of_corner));
+        let names = study.constraint_names(0).expect("names");
+        assert_eq!(names.len(), 6 * chambers * of_corner);
+        let last = format!("stretch: chamber {chambers}, corner 6");
+        assert!(names.contains(&last), "{names:?}");
+        let edges = names
+            .iter()
+            .filter(|n| n.starts_with("edge round the centre"));
+        assert_eq!(edges.count(), 6 * chambers);
+        let restarts = study.restarts(0, &StepInputs::default()).expect("restarts");
+        assert_eq!(
+            restarts[0].x0[..6],
+            study.paper_start(0).expect("a start")[..6]
+        );
+        for restart in restarts {
+            let (values, gradients) = study.geometry_rows(0, &restart.x0).expect("rows");
+            assert!(values.iter().all(|v| *v <= 0.0), "{layout} {values:?}");
+            assert!(gradients.iter().all(|row| row.len() == 12 * chambers));
+        }
+    }
+    let four = study(&of_layout("stacked_pair", &["actuator.corners=4"]));
+    assert_eq!(four, study(&example("asymmetric-bending")));
+    assert!(!prints.contains(&four.fingerprint()));
+    assert_eq!(
+        faults(&of_layout("stacked_pair", &["actuator.corners=5"])),
+        ["actuator.corners"]
+    );
+    // A rectangle of six corners is the same scene but for two corners in line with their neighbours.
+    let rectangle = [
+        "actuator.corners=6",
+        "step[0].variables.parametrisation=rectangle",
+    ];
+    let rectangle = study(&of_layout("stacked_pair", &rectangle));
+    let x = [40.0, 15.0];
+    let corners = rectangle.corners(0, &x).expect("corners");
+    assert_eq!(corners[..6], [20.0, 13.0, 40.0, 13.0, 60.0, 13.0]);
+    let (_, gradients) = rectangle.geometry_rows(0, &x).expect("rows");
+    assert!(gradients.iter().all(|row| row.len() == 2));
+}
+
+/// What four corners found is where six begin; six are no four.
+#[test]
+fn a_step_of_hexagons_begins_with_quadrilaterals() {
+    let mut document = example("asymmetric-bending");
+    let mut six = document["step"][0].clone();
+    six["id"] = json!("six");
+    six["level"] = json!(1);
+    six["variables"] = json!({"parametrisation": "corners", "corners": 6});
+    six["takes"] = json!([{"step": document["step"][0]["id"], "as": "starts"}]);
+    six["restarts"] = json!({"start": "taken"});
+    document["step"].as_array_mut().expect("steps").push(six);
+    let study = study(&document);
+    assert_eq!(super::study(&study.document()), study);
+    assert_eq!(study.variables(0).expect("variables").lower.len(), 16);
+    assert_eq!(study.variables(1).expect("variables").lower.len(), 24);
+    let four = study.body_of(0).expect("a step").expect("chambers");
+    let x = four.actuator.boxes().rectangles([50.0, 20.0]);
+    let found = Progress::Done(StepResult {
+        candidates: vec![Candidate {
+            restart: 0,
+            evaluation: 0,
+            x,
+            objective: -1.0,
+            max_violation: 0.0,
+            orientation: None,
+            given: Given::default(),
+        }],
+    });
+    let next = due(&study, &[found, Progress::Waiting])
+        .expect("sound")
+        .remove(0);
+    let Due::Begin { step: 1, inputs } = next else {
+        panic!("the step of six corners is due");
+    };
+    let own = study.body_of(1).expect("a step").expect("chambers");
+    let same = own.actuator.boxes().rectangles([50.0, 20.0]);
+    assert_eq!(inputs.designs[0].x, same);
+    let within = study.variables(1).expect("variables");
+    let bounds = within.lower.iter().zip(&within.upper);
+    assert!(bounds.zip(&same).all(|((a, b), x)| a <= x && x <= b));
+    // The other way round corners would be lost.
+    document["actuator"]["corners"] = json!(6);
+    document["step"][1]["variables"]["corners"] = json!(4);
+    assert_eq!(faults(&document), ["step[1].takes[0].as"]);
 }

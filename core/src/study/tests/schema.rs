@@ -81,6 +81,7 @@ fn what_reads_conforms() {
         "bend-90",
         "follow-path",
         "three-bar-truss",
+        "mixed",
     ] {
         assert!(conforms(&schema, &example(name)), "{name}");
         assert!(
@@ -149,6 +150,8 @@ fn what_does_not_conform_does_not_read() {
         "name=7",
         "actuator.units=0",
         "actuator.wall_mm=-2",
+        "actuator.corners=5",
+        "step[0].variables.corners=8",
         "material.c10_mpa=-1",
         "material.fit_stretch=1",
         "unit_materials=[7]",

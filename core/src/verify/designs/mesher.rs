@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::geometry::samples::Stratum;
-use crate::geometry::{Layout, LayoutBoxes, MeshPlan, PlanElement, cascade, units_of_design};
+use crate::geometry::{LayoutBoxes, MeshPlan, PlanElement, cascade};
 use crate::mesh::{build, quality};
 
 /// What meshing a number of designs gave.
@@ -56,26 +56,22 @@ fn name(stratum: Stratum) -> &'static str {
     }
 }
 
-/// Meshes the designs of a layout's stratum with these indices on three units.
+/// Meshes the designs of a stratum of these boxes with these indices on three units.
 pub fn mesh_designs(
-    layout: Layout,
+    boxes: &LayoutBoxes,
     stratum: Stratum,
     seed: u64,
     indices: impl Iterator<Item = usize>,
 ) -> MesherCount {
-    let boxes = LayoutBoxes {
-        layout,
-        ..LayoutBoxes::PAPER
-    };
     let mut count = MesherCount::new(stratum);
     for index in indices {
-        let x = stratum.design(&boxes, seed, index);
+        let x = stratum.design(boxes, seed, index);
         let mut one = MesherCount {
             designs: 1,
             worst: index,
             ..MesherCount::new(stratum)
         };
-        match jacobians(&boxes, &x) {
+        match jacobians(boxes, &x) {
             Some([bound, scaled]) => {
                 one.least_jacobian_mm2 = bound;
                 one.least_scaled_jacobian = scaled;
@@ -90,7 +86,7 @@ pub fn mesh_designs(
 
 /// Least bound of the Jacobian and least scaled corner Jacobian of a design's mesh; `None` where there is none.
 fn jacobians(boxes: &LayoutBoxes, x: &[f64]) -> Option<[f64; 2]> {
-    let unit = units_of_design(x, boxes.variables())?.into_iter().next()?;
+    let unit = boxes.units(x)?.into_iter().next()?;
     let actuator = cascade(&unit, boxes.unit_mm, 3);
     let plan = MeshPlan::choose(&actuator, PlanElement::Quad9, None).ok()?;
     let mesh = build(&actuator, &plan).ok()?;

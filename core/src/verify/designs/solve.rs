@@ -10,7 +10,7 @@ use super::{MATERIALS, Sample};
 use crate::equilibrium::LimitKind;
 use crate::evaluate::{SceneAnswer, SceneOptions, SceneStatus, solve_scene};
 use crate::fault::Faults;
-use crate::geometry::{LayoutBoxes, units_of_design};
+use crate::geometry::LayoutBoxes;
 use crate::scene::{Scene, read_scene};
 
 /// A limit as the table says it.
@@ -76,7 +76,7 @@ pub struct DesignLine {
 /// Faults of a design that is no stacked pair of simple chambers.
 pub(super) fn scene(x: &[f64], material: &str, contact: bool) -> Result<Scene, Faults> {
     let contact = if contact { "auto" } else { "off" };
-    let units = units_of_design(x, LayoutBoxes::PAPER.variables()).unwrap_or_default();
+    let units = LayoutBoxes::PAPER.units(x).unwrap_or_default();
     let chambers = units.first().map(|unit| unit.chambers_mm.clone());
     let document = json!({
         "version": 1,

@@ -1,9 +1,9 @@
 //! The designs that the tests mesh.
 
-use crate::geometry::{Actuator, LayoutBoxes, Point, Unit, cascade, units_of_design};
+use crate::geometry::{Actuator, LayoutBoxes, Point, Unit, cascade};
 
 pub(super) fn paper_unit(x: &[f64], n: usize) -> Actuator {
-    cascade(&units_of_design(x, 16).unwrap()[0], [80.0, 80.0], n)
+    cascade(&LayoutBoxes::PAPER.units(x).unwrap()[0], [80.0, 80.0], n)
 }
 
 pub(super) fn rectangles(width: f64, height: f64) -> Actuator {
