@@ -617,13 +617,10 @@ fn no_single_odd_value_is_more_than_a_fault() {
                 assert_eq!(read_study(&study.document(), true), Ok(study.clone()));
                 for step in 0..study.steps.len() {
                     assert!(study.problem(step).is_ok());
-                    assert!(
-                        !study
-                            .restarts(step, &StepInputs::default())
-                            .expect("restarts")
-                            .is_empty(),
-                        "{odd}"
-                    );
+                    let restarts = study.restarts(step, &StepInputs::default());
+                    // What takes its starts from others has none before them.
+                    let waits = !study.steps[step].takes.is_empty();
+                    assert!(waits || !restarts.expect("restarts").is_empty(), "{odd}");
                 }
             }
             Err(faults) => {

@@ -258,7 +258,11 @@ fn what_makes_no_sequence_is_refused() {
     );
     assert_eq!(
         mixed("variables", json!({"parametrisation": "corners"})),
-        ["step[2].optimiser.method"]
+        [
+            "step[2].optimiser.method",
+            "step[2].takes[0].as",
+            "step[2].takes[1].as"
+        ]
     );
     assert_eq!(
         mixed("model", json!({"kind": "fe_cascade"})),
