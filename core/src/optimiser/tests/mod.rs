@@ -9,5 +9,6 @@ mod growth;
 mod odd;
 mod resume;
 mod run;
+mod speculation;
 mod time;
 mod without_gradients;
