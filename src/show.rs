@@ -47,6 +47,15 @@ fn text(study: &StudyView, restarts: &[RestartView]) -> String {
             counts.bands.answered, counts.bands.evaluations, counts.bands.without_values
         );
     }
+    let guesses = &counts.guesses;
+    if guesses.answered > 0 {
+        text += &format!(
+            "guesses: {} answered, {} of them asked for since, {} s of CPU\n",
+            guesses.answered,
+            guesses.used,
+            number(Some(guesses.cpu_s))
+        );
+    }
     if let Some(why) = &study.failure {
         text += &format!("failed: {why}\n");
     }

@@ -19,8 +19,8 @@ pub use results::{
     Axis, BestSoFar, Candidate, Curve, CurvePoint, EvaluationRow, LedgerPage, RestartCurve,
 };
 pub use study::{
-    BandCounts, Best, Counts, RestartState, RestartView, StepState, StepView, StudyCreated,
-    StudyPage, StudyState, StudyView,
+    BandCounts, Best, Counts, GuessCounts, RestartState, RestartView, StepState, StepView,
+    StudyCreated, StudyPage, StudyState, StudyView,
 };
 pub use work::{
     Claim, ClaimRequest, Directive, HeartbeatAnswer, HeartbeatRequest, ReleaseRequest,

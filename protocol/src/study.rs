@@ -192,7 +192,7 @@ pub struct Best {
     pub restart: usize,
 }
 
-/// Counts of a study. Error bands are counted apart.
+/// Counts of a study. Error bands and guesses are counted apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Restarts begun.
@@ -214,6 +214,20 @@ pub struct Counts {
     /// Evaluations of error bands, which are in none of the other counts.
     #[serde(default)]
     pub bands: BandCounts,
+    /// Evaluations of guesses, which are in none of the other counts.
+    #[serde(default)]
+    pub guesses: GuessCounts,
+}
+
+/// Evaluations of what an optimiser would probably ask, by workers that nothing else needed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GuessCounts {
+    /// Answered; what was withdrawn before its answer counts nowhere.
+    pub answered: u64,
+    /// Of these, results that an optimiser has asked for since.
+    pub used: u64,
+    /// CPU time of all answered, s. What was used is in the CPU time of no optimiser.
+    pub cpu_s: f64,
 }
 
 /// Evaluations of error bands.

@@ -1,5 +1,7 @@
 //! What every store must do, as one suite over [`Store`]; each back end runs it on a fresh store.
 
+mod guesses;
+
 use std::time::Duration;
 
 use salp_core::optimiser::AskKind;
@@ -34,6 +36,8 @@ pub async fn run(store: &dyn Store) {
     steps_begin_end_and_block_once(store).await;
     restarts_wait_and_come_back(store).await;
     places_come_before_age(store).await;
+    guesses::guesses_fill_the_known_results_and_nothing_else(store).await;
+    guesses::guesses_are_forgotten(store).await;
 }
 
 fn ask(x: f64) -> NewAsk {
@@ -82,6 +86,7 @@ fn begun(step: usize, asks: &[f64]) -> BegunStep {
             machine: json!({ "batch": 0 }),
             summary: json!({}),
             asks: asks.iter().copied().map(ask).collect(),
+            guesses: Vec::new(),
         }],
     }
 }
@@ -321,6 +326,7 @@ async fn each_best_gets_a_band_after_all_else(store: &dyn Store) {
         done: true,
         waits: false,
         asks: Vec::new(),
+        guesses: Vec::new(),
         bands: vec![(0, again(&first)), (1, again(&second))],
     };
     store.save_step(step).await.unwrap();
@@ -440,6 +446,7 @@ async fn a_batch_is_stepped_once_and_in_its_order(store: &dyn Store) {
         done: false,
         waits: false,
         asks: vec![ask(3.0)],
+        guesses: Vec::new(),
         bands: Vec::new(),
     };
     let saved = store.save_step(step.clone()).await.unwrap();
@@ -458,6 +465,7 @@ async fn a_batch_is_stepped_once_and_in_its_order(store: &dyn Store) {
         done: true,
         waits: false,
         asks: Vec::new(),
+        guesses: Vec::new(),
         bands: Vec::new(),
     };
     let saved = store.save_step(step).await.unwrap();
@@ -504,6 +512,7 @@ async fn steps_begin_end_and_block_once(store: &dyn Store) {
             done: true,
             waits: false,
             asks: Vec::new(),
+            guesses: Vec::new(),
             bands: Vec::new(),
         };
         store.save_step(step).await.unwrap()
@@ -562,6 +571,7 @@ async fn restarts_wait_and_come_back(store: &dyn Store) {
         done,
         waits,
         asks,
+        guesses: Vec::new(),
         bands: Vec::new(),
     };
     let saved = store.save_step(step(0, false, true, Vec::new())).await;

@@ -26,6 +26,8 @@ pub struct Advance {
     pub state: Value,
     /// The next batch; empty where the restart is done.
     pub asks: Vec<EvaluationRequest>,
+    /// What it will probably ask after that.
+    pub guesses: Vec<EvaluationRequest>,
     /// Error bands of what a restart that has ended may hand on, each with its place in the optimiser's order.
     pub bands: Vec<(usize, BandAsk)>,
     /// Whether the optimiser stopped.
@@ -362,6 +364,7 @@ impl StudyMachine {
         }
         let text =
             serde_json::to_value(state).map_err(|e| broke(format!("store its state: {e}")))?;
+        let guesses = study::speculate(&self.study, state).map_err(|e| broke(e.to_string()))?;
         let last = state.final_point();
         let fidelity = state
             .fidelity(&self.study)
@@ -369,6 +372,7 @@ impl StudyMachine {
         Ok(Advance {
             state: text,
             asks,
+            guesses,
             bands: Vec::new(),
             done,
             waits,

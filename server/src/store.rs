@@ -100,6 +100,8 @@ pub struct NewRestart {
     pub summary: Value,
     /// First batch; empty: the restart is done before it began.
     pub asks: Vec<NewAsk>,
+    /// As in [`NewStep`].
+    pub guesses: Vec<NewAsk>,
 }
 
 /// An evaluation to be queued, or completed at once where its result is known.
@@ -216,7 +218,7 @@ pub enum Reported {
     Stored {
         /// Status under which it was stored.
         status: String,
-        /// Its restart, whose batch may be complete now; `None` of a band, for which no optimiser waits.
+        /// Its restart, whose batch may be complete now; `None` of a band or a guess, for which no optimiser waits.
         restart: Option<RestartId>,
     },
     /// Stored before, by this very fence.
@@ -224,7 +226,7 @@ pub enum Reported {
         /// Status under which it was stored.
         status: String,
     },
-    /// Put back into the queue: a report of nonsense, with attempts left.
+    /// Put back into the queue: a report of nonsense, with attempts left. A guess is forgotten instead.
     PutBack,
     /// The fence is not the latest.
     Stale,
@@ -270,6 +272,9 @@ pub struct NewStep {
     pub waits: bool,
     /// Next batch.
     pub asks: Vec<NewAsk>,
+    /// What it will probably ask after that, in the place of what was guessed before and nobody has claimed: for workers that
+    /// nothing else needs. Their results are known results, and nothing else comes of them.
+    pub guesses: Vec<NewAsk>,
     /// Error bands of evaluations of the restart, each with its place in the optimiser's order, from 0. Those that have theirs
     /// get no second one.
     pub bands: Vec<(usize, BandAsk)>,
@@ -447,13 +452,15 @@ pub trait Store: Send + Sync {
         step: usize,
         reason: &str,
     ) -> Result<bool, StoreError>;
-    /// Ends a study whose steps have all ended, if nothing of it is queued: the last band to be answered ends it otherwise. A
+    /// Ends a study whose steps have all ended, if nothing of it is queued but guesses: the last band to be answered ends it otherwise. A
     /// study with a blocked step has failed.
     async fn finish(&self, study: &StudyId) -> Result<(), StoreError>;
     /// Ends a study whose optimiser broke.
     async fn fail(&self, study: &StudyId, failure: &str) -> Result<(), StoreError>;
     /// Hands out the best evaluation that is ready, or leased and expired: bands after everything that an optimiser waits
-    /// for, then by priority, least running share of its study, age. Fence and attempt grow by one; attempts beyond the cap end as `lost`.
+    /// for, guesses after bands, then by priority, least running share of its study, age. Fence and attempt grow by one; attempts
+    /// beyond the cap end as `lost`. A guess whose lease has expired is forgotten; what an optimiser waits for is held back while
+    /// it is being evaluated as a guess.
     async fn claim(
         &self,
         request: &ClaimRequest,
@@ -475,9 +482,9 @@ pub trait Store: Send + Sync {
         report: AcceptedReport,
         attempts: i64,
     ) -> Result<Reported, StoreError>;
-    /// Puts an evaluation back that its worker gave up; the attempt does not count. False where the fence does not hold.
+    /// Puts an evaluation back that its worker gave up, or forgets it where it is a guess; the attempt does not count. False where the fence does not hold.
     async fn release(&self, evaluation: &EvaluationId, fence: i64) -> Result<bool, StoreError>;
-    /// Puts every leased evaluation back, whose workers are known to have ended; the attempts do not count.
+    /// Puts every leased evaluation back but guesses, whose workers are known to have ended; the attempts do not count.
     async fn release_all(&self) -> Result<(), StoreError>;
     /// The batch of a restart, if all of it is answered and the restart wants a step.
     async fn batch(&self, restart: RestartId) -> Result<Option<Batch>, StoreError>;

@@ -15,6 +15,9 @@ use super::progress::label;
 use crate::failure::Failure;
 use crate::show::stop_reason;
 
+/// Kind of the rows of guesses.
+const GUESS: &str = "guess";
+
 /// Everything that a report needs.
 pub struct Results {
     /// The study.
@@ -25,6 +28,8 @@ pub struct Results {
     pub ledger: Vec<EvaluationRow>,
     /// The evaluations of its error bands.
     pub bands: Vec<EvaluationRow>,
+    /// Guesses at what the optimisers would ask.
+    pub guesses: Vec<EvaluationRow>,
     /// The best distinct designs of each step.
     pub optima: Vec<Vec<Listed>>,
     /// Run time against objective.
@@ -44,6 +49,8 @@ impl Results {
         seconds: f64,
     ) -> Result<Self, Failure> {
         let rows = client.evaluations(id, true)?.into_iter();
+        let (guesses, rows): (Vec<_>, Vec<_>) = rows.partition(|row| row.kind == GUESS);
+        let rows = rows.into_iter();
         let (bands, mut ledger): (Vec<_>, Vec<_>) = rows.partition(|row| row.band_of.is_some());
         ledger.sort_by_key(|row| (row.step, row.restart, row.batch, row.batch_index));
         let view = client.study(id)?;
@@ -63,6 +70,7 @@ impl Results {
             restarts: client.restarts(id)?,
             ledger,
             bands,
+            guesses,
             curve: client.curve(id, Axis::Cpu)?,
             seconds,
         })
@@ -115,6 +123,7 @@ impl Results {
             "status": state,
             "steps": steps,
             "bands": self.view.counts.bands,
+            "guesses": self.view.counts.guesses,
             "seconds": self.seconds,
         })
     }

@@ -125,6 +125,7 @@ pub fn write(
     summary["steps"] = documents;
     lines.extend(optima::tables(study, results));
     lines.push(bands(study, results));
+    lines.extend(guesses(study, results));
     let restarts = StudyRestarts::of(study, results);
     write_file(&at(restarts::FILE), &json!(restarts).to_string())?;
     summary["starts"] = of_starts(folder, &restarts, &caption, &mut page, &mut lines)?;
@@ -140,6 +141,7 @@ pub fn write(
     write_file(&at("curve.svg"), &curve)?;
     page.figure("Run time against the best objective", &curve);
     summary["bands"] = json!(results.view.counts.bands);
+    summary["guesses"] = json!(results.view.counts.guesses);
     summary["races"] = json!(
         results
             .view
@@ -260,6 +262,20 @@ fn bands(study: &Study, results: &Results) -> String {
     )
 }
 
+/// What was evaluated before an optimiser asked for it.
+fn guesses(study: &Study, results: &Results) -> Option<String> {
+    let guesses = &results.view.counts.guesses;
+    study.speculate.then(|| {
+        format!(
+            "guesses: {} evaluations by workers that had nothing else to do, {} of them asked for since, {} s of CPU beside that of \
+             the optimisers",
+            guesses.answered,
+            guesses.used,
+            number(Some(guesses.cpu_s))
+        )
+    })
+}
+
 /// What was evaluated below the study's own fidelity.
 fn coarse(results: &Results) -> Option<String> {
     let coarse = || results.ledger.iter().filter(|row| row.fidelity.is_some());
@@ -278,6 +294,7 @@ fn coarse(results: &Results) -> Option<String> {
 fn all_rows(results: &Results) -> Vec<EvaluationRow> {
     let mut rows = results.ledger.clone();
     rows.extend(results.bands.iter().cloned());
+    rows.extend(results.guesses.iter().cloned());
     rows
 }
 

@@ -5,6 +5,7 @@ mod support;
 
 mod bands;
 mod races;
+mod speculation;
 mod verbs;
 
 use std::collections::BTreeSet;

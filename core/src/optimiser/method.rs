@@ -1,8 +1,11 @@
 //! What every method is to the door in [`state`](super::state).
 
 use super::{
-    contract::{Ask, Told},
+    contract::{Ask, AskKind, Told},
+    descent::DescentOptions,
+    differences::Differences,
     linearisation::Linearisation,
+    options::GradientSource,
     point::Point,
     stop::StopReason,
 };
@@ -32,6 +35,39 @@ pub(super) trait Method {
     /// Where a method that follows gradients stands; what follows is read there. Others say it themselves.
     fn here(&self) -> Option<&Linearisation> {
         None
+    }
+
+    /// The options of a method that follows gradients.
+    fn descent(&self) -> Option<&DescentOptions> {
+        None
+    }
+
+    /// Points that it will ask for if the one that is out becomes the iterate, as far as its values do not matter: those of
+    /// its differences.
+    fn speculate(&self) -> Vec<Ask> {
+        let (Some(here), Some(options), [ask]) = (self.here(), self.descent(), &self.asks()[..])
+        else {
+            return Vec::new();
+        };
+        if options.gradient != GradientSource::Differences || ask.kind == AskKind::Gradient {
+            return Vec::new();
+        }
+        Differences::new(
+            &here.problem,
+            &ask.x,
+            options.difference_step,
+            options.least_difference_step,
+        )
+        .points(&ask.x)
+        .into_iter()
+        .map(|x| here.ask(AskKind::Gradient, x, false))
+        .collect()
+    }
+
+    /// Pairs of made-up answers to the one point that is out. Where both answers of a pair lead to the same points, their
+    /// values do not matter for these: see [`speculate`](super::speculate).
+    fn alike(&self) -> Vec<[Told; 2]> {
+        Vec::new()
     }
 
     /// The best point evaluated.

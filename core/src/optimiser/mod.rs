@@ -23,6 +23,7 @@ mod problem;
 pub mod published;
 mod random_search;
 mod rows;
+mod speculate;
 mod sqp;
 mod state;
 mod stop;
@@ -46,6 +47,7 @@ pub use options::{
 pub use point::Point;
 pub use problem::{Problem, StartError};
 pub use random_search::RandomSearch;
+pub use speculate::speculate;
 pub use sqp::{Sqp, SqpOptions};
 pub use state::{OptimiserState, Step, rebase, screen, start, step};
 pub use stop::StopReason;

@@ -122,7 +122,7 @@ fn moved(state: &OptimiserState, by: impl FnOnce(&mut dyn Method)) -> Step {
 }
 
 impl OptimiserState {
-    fn method(&self) -> &dyn Method {
+    pub(super) fn method(&self) -> &dyn Method {
         match self {
             Self::Mmfd(mmfd) => &**mmfd,
             Self::Gcmma(gcmma) => &**gcmma,

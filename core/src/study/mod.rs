@@ -29,7 +29,8 @@ pub use fingerprint::{HistoryEntry, empty_history, extend_history, history_sha25
 pub use preset::{PRESETS, expand, preset};
 pub use read::read_study;
 pub use restart::{
-    BestPoint, RestartState, RestartStep, RestartStop, StudyStop, begin, pass, resume, step,
+    BestPoint, RestartState, RestartStep, RestartStop, StudyStop, begin, pass, resume, speculate,
+    step,
 };
 pub use result::{
     EvaluationReport, EvaluationRequest, LossReport, Note, Outcome, OutcomeStatus, OverlapReport,

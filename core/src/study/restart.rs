@@ -13,8 +13,10 @@
 //! optimiser restarts its memories. Should that evaluation fail, the run goes on with the plan that it had.
 
 mod gate;
+mod speculation;
 
 pub use gate::{pass, resume};
+pub use speculation::speculate;
 
 use serde::{Deserialize, Serialize};
 

@@ -31,6 +31,9 @@ pub struct Study {
     /// Whether each new best so far of a finite-element step is evaluated on a second mesh too.
     #[serde(skip_serializing_if = "is_true")]
     pub error_bands: bool,
+    /// Whether workers that nothing else needs evaluate what an optimiser will probably ask next.
+    #[serde(skip_serializing_if = "is_false")]
+    pub speculate: bool,
     /// The steps, in the document's order.
     #[serde(rename = "step")]
     pub steps: Vec<StudyStep>,

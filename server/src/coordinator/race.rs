@@ -9,8 +9,8 @@ use tracing::info;
 
 use super::step::broken;
 use super::{Coordinator, CoordinatorError};
-use crate::machine::{Advance, MachineError, StudyMachine};
-use crate::store::{Batch, NewStep, RestartId, Saved, StoredStep};
+use crate::machine::{MachineError, StudyMachine};
+use crate::store::{Batch, Saved, StoredStep};
 
 /// What became of the wish to bring a restart back.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -125,29 +125,6 @@ impl Coordinator {
         self.advance_in_background(stored.id);
         self.follow_in_background(study.clone());
         Ok(Resumed::Yes)
-    }
-
-    async fn new_step(
-        &self,
-        machine: &Arc<StudyMachine>,
-        study: &StudyId,
-        of: (usize, usize),
-        (restart, version, bound_to): (RestartId, i64, Option<(String, String)>),
-        advance: Advance,
-    ) -> Result<NewStep, CoordinatorError> {
-        let asks = self
-            .asks(machine, study, of, bound_to.as_ref(), advance.asks)
-            .await?;
-        Ok(NewStep {
-            restart,
-            version,
-            machine: advance.state,
-            summary: advance.summary,
-            done: advance.done,
-            waits: advance.waits,
-            asks,
-            bands: advance.bands,
-        })
     }
 }
 

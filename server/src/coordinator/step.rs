@@ -72,33 +72,15 @@ impl Coordinator {
                     return Ok(());
                 }
             };
-            let asks = self
-                .asks(
-                    &machine,
-                    &study,
-                    (step, index),
-                    bound_to.as_ref(),
-                    stepped.asks,
-                )
-                .await?;
-            let saved = self
-                .store
-                .save_step(NewStep {
-                    restart,
-                    version,
-                    machine: stepped.state,
-                    summary: stepped.summary,
-                    done: stepped.done,
-                    waits: stepped.waits,
-                    asks,
-                    bands: stepped.bands,
-                })
-                .await?;
+            let shows_more = stepped.shows_more;
+            let to_store = (restart, version, bound_to);
+            let new = self.new_step(&machine, &study, (step, index), to_store, stepped);
+            let saved = self.store.save_step(new.await?).await?;
             let Saved::Yes { step_ended } = saved else {
                 return Ok(());
             };
             self.announce();
-            if step_ended || stepped.shows_more {
+            if step_ended || shows_more {
                 self.follow_in_background(study);
             }
         }
@@ -107,7 +89,7 @@ impl Coordinator {
 
     /// Completes at once the asks whose results are known. Those of programs are known only within their own study:
     /// a program can change without its study.
-    pub(super) async fn asks(
+    async fn asks(
         &self,
         machine: &Arc<StudyMachine>,
         study: &StudyId,
@@ -129,6 +111,31 @@ impl Coordinator {
             }
         }
         Ok(asks)
+    }
+
+    /// A step of a restart as it is to be stored.
+    pub(super) async fn new_step(
+        &self,
+        machine: &Arc<StudyMachine>,
+        study: &StudyId,
+        of: (usize, usize),
+        (restart, version, bound_to): (RestartId, i64, Option<(String, String)>),
+        advance: Advance,
+    ) -> Result<NewStep, CoordinatorError> {
+        let bound_to = bound_to.as_ref();
+        let asks = self.asks(machine, study, of, bound_to, advance.asks);
+        let guesses = self.asks(machine, study, of, bound_to, advance.guesses);
+        Ok(NewStep {
+            restart,
+            version,
+            machine: advance.state,
+            summary: advance.summary,
+            done: advance.done,
+            waits: advance.waits,
+            asks: asks.await?,
+            guesses: guesses.await?,
+            bands: advance.bands,
+        })
     }
 
     /// Ends the steps whose restarts have all ended, begins those that have all that they take, gives up those that never
@@ -264,6 +271,7 @@ async fn begin(
                 machine: advance.state,
                 summary: advance.summary,
                 asks: new_asks(machine, step, index, advance.asks)?,
+                guesses: new_asks(machine, step, index, advance.guesses)?,
             })
         })
         .collect::<Result<_, MachineError>>()?;

@@ -6,6 +6,7 @@ use salp_server::machine::Judgement;
 use salp_server::store::{ClaimAnswer, Claimed, Held, RestartId, StoreError};
 
 use crate::SqliteStore;
+use crate::guess::forget_expired;
 use crate::rows::{
     Answered, Tx, database, end_if_complete, enter_state, from_json, now_ms, store_answer,
     study_state,
@@ -28,6 +29,7 @@ impl SqliteStore {
         }
         let mut tx = self.write(DOING).await?;
         let now = now_ms(&mut tx).await?;
+        forget_expired(&mut tx, now).await?;
         let lost = give_up_on(&mut tx, attempts, now).await?;
         let claimed = if is_draining(&mut tx, request).await? {
             Claimed::Drain
@@ -112,7 +114,15 @@ impl SqliteStore {
         let mut tx = self.write(DOING).await?;
         let released = sqlx::query!(
             "UPDATE queue SET state = 'ready', attempt = attempt - 1, lease_until_ms = NULL, worker = NULL
-             WHERE evaluation = ? AND fence = ? AND state = 'leased'",
+             WHERE evaluation = ? AND fence = ? AND state = 'leased' AND kind <> 'guess'",
+            evaluation.0,
+            fence
+        )
+        .execute(&mut *tx)
+        .await
+        .map_err(database(DOING))?;
+        let forgotten = sqlx::query!(
+            "DELETE FROM queue WHERE evaluation = ? AND fence = ? AND state = 'leased' AND kind = 'guess'",
             evaluation.0,
             fence
         )
@@ -120,12 +130,13 @@ impl SqliteStore {
         .await
         .map_err(database(DOING))?;
         tx.commit().await.map_err(database(DOING))?;
-        Ok(released.rows_affected() == 1)
+        Ok(released.rows_affected() + forgotten.rows_affected() == 1)
     }
 
     pub(crate) async fn release_all_leases(&self) -> Result<(), StoreError> {
         const DOING: &str = "release all leases";
         let mut tx = self.write(DOING).await?;
+        forget_expired(&mut tx, i64::MAX).await?;
         sqlx::query!(
             "UPDATE queue SET state = 'ready', attempt = attempt - 1, lease_until_ms = NULL, worker = NULL
              WHERE state = 'leased'"
@@ -196,6 +207,7 @@ async fn give_up_on(tx: &mut Tx, attempts: i64, now: i64) -> Result<Vec<RestartI
             step: row.step,
             restart_index: row.restart_index,
             band_of: row.band_of,
+            guess: false,
             key: &row.result_key,
             outcome: &Outcome::without_values(OutcomeStatus::Lost),
             judgement: &Judgement::WITHOUT_VALUES,
@@ -229,7 +241,10 @@ async fn take_best(
         Some(best) => Some(best),
         // In a moment it asks for more.
         None if an_optimiser_is_to_step(tx).await? => return Ok(Claimed::Nothing),
-        None => best_of_kind(tx, request, "band", now).await?,
+        None => match best_of_kind(tx, request, "band", now).await? {
+            Some(best) => Some(best),
+            None => best_of_kind(tx, request, "guess", now).await?,
+        },
     };
     let Some(best) = best else {
         return why_nothing(tx, request, now).await;
@@ -305,7 +320,8 @@ async fn best_of_kind(
     now: i64,
 ) -> Result<Option<Best>, StoreError> {
     let commands = i64::from(request.allow_commands);
-    // Expired leases come back in the order of place and age like everything else.
+    // Expired leases come back in the order of place and age like everything else. What is being evaluated as a guess is not
+    // begun again: its result will be known.
     sqlx::query_as!(
         Best,
         r#"SELECT id AS "id!: String", state AS "state!: String", next AS "next!: i64" FROM (
@@ -313,6 +329,9 @@ async fn best_of_kind(
                       (SELECT COUNT(*) FROM queue q WHERE q.study = s.id AND q.state = 'leased' AND q.lease_until_ms > ?1) AS running,
                       (SELECT q.evaluation FROM queue q WHERE q.study = s.id AND q.kind = ?5 AND (q.command = 0 OR ?2)
                            AND (q.state = 'ready' OR (q.state = 'leased' AND q.lease_until_ms <= ?1))
+                           AND NOT EXISTS (SELECT 1 FROM queue g JOIN evaluations ge ON ge.id = g.evaluation JOIN evaluations qe ON qe.id = q.evaluation
+                                           WHERE g.study = q.study AND g.kind = 'guess' AND g.state = 'leased'
+                                             AND ge.id <> qe.id AND ge.result_key = qe.result_key)
                        ORDER BY q.place, q.evaluation LIMIT 1) AS next
                FROM studies s
                WHERE s.state IN ('queued', 'running')
@@ -329,10 +348,10 @@ async fn best_of_kind(
     .map_err(database(DOING))
 }
 
-/// Whether bands wait while a batch is answered whose optimiser has still to be stepped.
+/// Whether bands and guesses wait while a batch is answered whose optimiser has still to be stepped.
 async fn an_optimiser_is_to_step(tx: &mut Tx) -> Result<bool, StoreError> {
     let steps = sqlx::query_scalar!(
-        r#"SELECT (EXISTS (SELECT 1 FROM queue WHERE kind = 'band')
+        r#"SELECT (EXISTS (SELECT 1 FROM queue WHERE kind <> 'optimiser')
              AND EXISTS (SELECT 1 FROM restarts r JOIN studies s ON s.id = r.study
                          WHERE r.state = 'running' AND r.waits = 0 AND s.state IN ('queued', 'running')
                            AND NOT EXISTS (SELECT 1 FROM evaluations e LEFT JOIN results a ON a.evaluation = e.id
@@ -352,6 +371,9 @@ async fn why_nothing(tx: &mut Tx, request: &ClaimRequest, now: i64) -> Result<Cl
            FROM queue q JOIN studies s ON s.id = q.study
            WHERE s.state IN ('queued', 'running')
              AND (q.state = 'ready' OR (q.state = 'leased' AND q.lease_until_ms <= ?))
+             AND NOT EXISTS (SELECT 1 FROM queue g JOIN evaluations ge ON ge.id = g.evaluation JOIN evaluations qe ON qe.id = q.evaluation
+                             WHERE g.study = q.study AND g.kind = 'guess' AND g.state = 'leased'
+                               AND ge.id <> qe.id AND ge.result_key = qe.result_key)
            GROUP BY s.id ORDER BY s.number LIMIT 1"#,
         now
     )

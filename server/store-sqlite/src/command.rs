@@ -120,10 +120,10 @@ async fn state_of(tx: &mut Tx, study: &StudyId) -> Result<Option<StudyState>, St
         .transpose()
 }
 
-/// Takes out of the queue what no living worker holds; the number that is left.
+/// Takes out of the queue what no living worker holds, and all guesses; the number that is left.
 async fn withdraw(tx: &mut Tx, study: &StudyId, now: i64) -> Result<i64, StoreError> {
     sqlx::query!(
-        "DELETE FROM queue WHERE study = ? AND (state = 'ready' OR lease_until_ms <= ?)",
+        "DELETE FROM queue WHERE study = ? AND (state = 'ready' OR kind = 'guess' OR lease_until_ms <= ?)",
         study.0,
         now
     )

@@ -17,7 +17,7 @@ impl SqliteStore {
     ) -> Result<Vec<EvaluationRow>, StoreError> {
         let rows = sqlx::query!(
             r#"SELECT e.id AS "id!: i64", r.step AS "step!: i64", r.restart_index AS "restart_index!: i64",
-                      e.batch AS "batch!: i64", e.batch_index AS "batch_index!: i64", e.request AS "request!: String", e.band_of,
+                      e.batch AS "batch!: i64", e.batch_index AS "batch_index!: i64", e.request AS "request!: String", e.band_of, e.guess AS "guess!: i64",
                       e.created_ms AS "created_ms!: i64",
                       COALESCE(a.status, q.state, 'withdrawn') AS "status!: String",
                       a.objective AS "objective?: f64", a.max_violation AS "max_violation?: f64",
@@ -53,10 +53,12 @@ impl SqliteStore {
                     restart: row.restart_index as usize,
                     batch: row.batch,
                     batch_index: row.batch_index,
-                    kind: row.band_of.map_or_else(
-                        || kind.as_str().unwrap_or_default().to_owned(),
-                        |_| "band".to_owned(),
-                    ),
+                    kind: match (row.band_of, row.guess) {
+                        (Some(_), _) => "band",
+                        (None, 1) => "guess",
+                        _ => kind.as_str().unwrap_or_default(),
+                    }
+                    .to_owned(),
                     band_of: row.band_of.map(EvaluationId),
                     fidelity: request.fidelity,
                     iteration: request.iteration,

@@ -8,11 +8,13 @@
 //! | `claim` | claim, renewal, release |
 //! | `report` | results |
 //! | `step` | the optimiser's steps, and what a crash left behind |
+//! | `guess` | evaluations for workers that nothing else needs |
 //! | `command` | cancel, pause, resume, the end of a study |
 //! | `read`, `ledger` | reads |
 
 mod claim;
 mod command;
+mod guess;
 mod hierarchy;
 mod ledger;
 mod read;

@@ -1,8 +1,8 @@
 //! Reads of studies, restarts, best points, events and workers.
 
 use salp_protocol::{
-    BandCounts, Counts, EvaluationId, Event, StudyId, StudyState, WorkerId, WorkerIdentity,
-    WorkerView,
+    BandCounts, Counts, EvaluationId, Event, GuessCounts, StudyId, StudyState, WorkerId,
+    WorkerIdentity, WorkerView,
 };
 use salp_server::store::{
     Asked, RestartId, StoreError, StoredBest, StoredPoint, StoredRestart, StoredStudy,
@@ -81,17 +81,21 @@ impl SqliteStore {
         let row = sqlx::query!(
             r#"SELECT (SELECT COUNT(*) FROM restarts WHERE study = ?1) AS "restarts!: i64",
                       (SELECT COUNT(*) FROM restarts WHERE study = ?1 AND state = 'done') AS "restarts_done!: i64",
-                      COUNT(*) FILTER (WHERE e.band_of IS NULL) AS "evaluations!: i64",
-                      COUNT(a.status) FILTER (WHERE e.band_of IS NULL) AS "answered!: i64",
-                      COUNT(*) FILTER (WHERE e.band_of IS NULL AND q.state = 'ready') AS "ready!: i64",
-                      COUNT(*) FILTER (WHERE e.band_of IS NULL AND q.state = 'leased') AS "leased!: i64",
-                      COUNT(*) FILTER (WHERE e.band_of IS NULL AND a.status <> 'ok') AS "without_values!: i64",
-                      COUNT(*) FILTER (WHERE e.band_of IS NULL
+                      COUNT(*) FILTER (WHERE e.batch >= 0) AS "evaluations!: i64",
+                      COUNT(a.status) FILTER (WHERE e.batch >= 0) AS "answered!: i64",
+                      COUNT(*) FILTER (WHERE e.batch >= 0 AND q.state = 'ready') AS "ready!: i64",
+                      COUNT(*) FILTER (WHERE e.batch >= 0 AND q.state = 'leased') AS "leased!: i64",
+                      COUNT(*) FILTER (WHERE e.batch >= 0 AND a.status <> 'ok') AS "without_values!: i64",
+                      COUNT(*) FILTER (WHERE e.batch >= 0
                            AND a.status IN ('not_converged', 'invalid_result', 'lost')) AS "alarms!: i64",
                       COUNT(*) FILTER (WHERE e.band_of IS NOT NULL) AS "bands!: i64",
                       COUNT(a.status) FILTER (WHERE e.band_of IS NOT NULL) AS "bands_answered!: i64",
                       COUNT(*) FILTER (WHERE e.band_of IS NOT NULL AND a.status <> 'ok') AS "bands_without_values!: i64",
-                      COALESCE(SUM(a.cpu_s) FILTER (WHERE e.band_of IS NOT NULL AND a.cached_from IS NULL), 0.0) AS "bands_cpu_s!: f64"
+                      COALESCE(SUM(a.cpu_s) FILTER (WHERE e.band_of IS NOT NULL AND a.cached_from IS NULL), 0.0) AS "bands_cpu_s!: f64",
+                      COUNT(a.status) FILTER (WHERE e.guess = 1) AS "guesses!: i64",
+                      (SELECT COUNT(DISTINCT u.cached_from) FROM results u JOIN evaluations g ON g.id = u.cached_from
+                       WHERE u.study = ?1 AND g.guess = 1) AS "guesses_used!: i64",
+                      COALESCE(SUM(a.cpu_s) FILTER (WHERE e.guess = 1 AND a.cached_from IS NULL), 0.0) AS "guesses_cpu_s!: f64"
                FROM evaluations e LEFT JOIN results a ON a.evaluation = e.id LEFT JOIN queue q ON q.evaluation = e.id
                WHERE e.study = ?1"#,
             study.0
@@ -113,6 +117,11 @@ impl SqliteStore {
                 answered: row.bands_answered as u64,
                 without_values: row.bands_without_values as u64,
                 cpu_s: row.bands_cpu_s,
+            },
+            guesses: GuessCounts {
+                answered: row.guesses as u64,
+                used: row.guesses_used as u64,
+                cpu_s: row.guesses_cpu_s,
             },
         })
     }
@@ -186,7 +195,7 @@ impl SqliteStore {
                       (SELECT b.objective FROM evaluations of JOIN results b ON b.evaluation = of.id
                        WHERE of.band_of = e.id) AS "second_mesh?: f64"
                FROM results a JOIN evaluations e ON e.id = a.evaluation JOIN restarts r ON r.id = e.restart
-               WHERE a.study = ? AND e.band_of IS NULL ORDER BY r.step, r.restart_index, e.batch, e.batch_index"#,
+               WHERE a.study = ? AND e.batch >= 0 ORDER BY r.step, r.restart_index, e.batch, e.batch_index"#,
             study.0
         )
         .fetch_all(&self.readers)

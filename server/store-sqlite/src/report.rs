@@ -1,6 +1,7 @@
 //! Results. A report is written only where its fence still holds; a repeated one is answered the same.
 
 use salp_protocol::{StudyId, StudyState};
+use salp_server::machine::Judgement;
 use salp_server::store::{AcceptedReport, Reported, RestartId, StoreError};
 
 use crate::SqliteStore;
@@ -21,7 +22,7 @@ impl SqliteStore {
         let row = sqlx::query!(
             r#"SELECT q.state AS "state!: String", q.fence AS "fence!: i64", q.attempt AS "attempt!: i64",
                       q.study AS "study!: String", s.state AS "study_state!: String",
-                      e.restart AS "restart!: i64", e.result_key AS "result_key!: String", e.band_of,
+                      e.restart AS "restart!: i64", e.result_key AS "result_key!: String", e.band_of, e.guess AS "guess!: i64",
                       r.step AS "step!: i64", r.restart_index AS "restart_index!: i64"
                FROM queue q JOIN evaluations e ON e.id = q.evaluation JOIN restarts r ON r.id = e.restart
                     JOIN studies s ON s.id = q.study
@@ -51,6 +52,18 @@ impl SqliteStore {
         }
         let study = StudyId(row.study);
         let cancelling = row.study_state == StudyState::Cancelling.as_str();
+        let guess = row.guess != 0;
+        if guess && retry_below.is_some() {
+            sqlx::query!(
+                "DELETE FROM queue WHERE evaluation = ?",
+                report.evaluation.0
+            )
+            .execute(&mut *tx)
+            .await
+            .map_err(database(DOING))?;
+            tx.commit().await.map_err(database(DOING))?;
+            return Ok(Reported::PutBack);
+        }
         if retry_below.is_some_and(|cap| row.attempt < cap) && !cancelling {
             sqlx::query!(
                 "UPDATE queue SET state = 'ready', lease_until_ms = NULL, worker = NULL WHERE evaluation = ?",
@@ -70,9 +83,15 @@ impl SqliteStore {
             step: row.step,
             restart_index: row.restart_index,
             band_of: row.band_of,
+            guess,
             key: &row.result_key,
             outcome: &report.outcome,
-            judgement: &report.judgement,
+            // A guess says what is known, and is no point of the study.
+            judgement: if guess {
+                &Judgement::WITHOUT_VALUES
+            } else {
+                &report.judgement
+            },
             cached_from: report.cached_from.as_ref(),
             worker: Some(&report.worker.id.0),
             built: Some((&report.worker.build, &report.worker.instruction_set)),
@@ -113,9 +132,10 @@ impl SqliteStore {
             end_if_complete(&mut tx, &study, now).await?;
         }
         tx.commit().await.map_err(database(DOING))?;
+        let told = row.band_of.is_none() && !guess;
         Ok(Reported::Stored {
             status: report.outcome.status.name().to_owned(),
-            restart: row.band_of.is_none().then_some(RestartId(row.restart)),
+            restart: told.then_some(RestartId(row.restart)),
         })
     }
 }

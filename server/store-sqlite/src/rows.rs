@@ -8,6 +8,8 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use sqlx::{Sqlite, Transaction};
 
+use crate::guess::forget_all;
+
 /// A transaction.
 pub type Tx = Transaction<'static, Sqlite>;
 
@@ -96,6 +98,8 @@ pub struct Answered<'a> {
     pub restart_index: i64,
     /// The evaluation whose band this is.
     pub band_of: Option<i64>,
+    /// Whether no optimiser has asked for it.
+    pub guess: bool,
     pub key: &'a str,
     pub outcome: &'a Outcome,
     pub judgement: &'a Judgement,
@@ -107,7 +111,7 @@ pub struct Answered<'a> {
     pub attempt: i64,
 }
 
-/// Stores a result and notes it, and queues its band where it is the best so far of its step.
+/// Stores a result and notes it, unless it is a guess, and queues its band where it is the best so far of its step.
 pub async fn store_answer(tx: &mut Tx, answer: Answered<'_>, now: i64) -> Result<(), StoreError> {
     let status = answer.outcome.status.name();
     let outcome = to_json("outcome", answer.outcome)?;
@@ -158,6 +162,9 @@ pub async fn store_answer(tx: &mut Tx, answer: Answered<'_>, now: i64) -> Result
             now,
         )
         .await?;
+    }
+    if answer.guess {
+        return Ok(());
     }
     let mut data = json!({
         "evaluation": answer.evaluation,
@@ -234,13 +241,13 @@ pub async fn queue_band(
     Ok(())
 }
 
-/// Ends a study whose steps have all ended, if nothing of it is queued. One with a blocked step has failed, with its reasons.
+/// Ends a study whose steps have all ended, if nothing of it is queued but guesses. One with a blocked step has failed, with its reasons.
 pub async fn end_if_complete(tx: &mut Tx, study: &StudyId, now: i64) -> Result<(), StoreError> {
     const DOING: &str = "end a study";
     let complete = sqlx::query_scalar!(
         r#"SELECT EXISTS (SELECT 1 FROM studies WHERE id = ?1 AND state IN ('queued', 'running', 'paused'))
              AND NOT EXISTS (SELECT 1 FROM steps WHERE study = ?1 AND state IN ('waiting', 'running'))
-             AND NOT EXISTS (SELECT 1 FROM queue WHERE study = ?1) AS "complete!: i64""#,
+             AND NOT EXISTS (SELECT 1 FROM queue WHERE study = ?1 AND kind <> 'guess') AS "complete!: i64""#,
         study.0
     )
     .fetch_one(&mut **tx)
@@ -249,6 +256,7 @@ pub async fn end_if_complete(tx: &mut Tx, study: &StudyId, now: i64) -> Result<(
     if complete == 0 {
         return Ok(());
     }
+    forget_all(tx, study).await?;
     let failure = sqlx::query_scalar!(
         r#"SELECT GROUP_CONCAT(json_extract(result, '$.reason'), '; ') AS "failure?: String"
            FROM steps WHERE study = ? AND state = 'blocked'"#,

@@ -5,6 +5,7 @@ use salp_server::store::{Batch, KnownResult, NewStep, RestartId, Saved, StoreErr
 use serde_json::json;
 
 use crate::SqliteStore;
+use crate::guess::replace_guesses;
 use crate::rows::{
     Tx, database, enter_state, from_json, note, now_ms, queue_band, study_state, to_json,
 };
@@ -99,6 +100,7 @@ impl SqliteStore {
             restart_index: row.restart_index,
         };
         insert_asks(&mut tx, &owner, row.batch, step.asks, now).await?;
+        replace_guesses(&mut tx, &owner, row.batch, step.guesses, now).await?;
         for (place, band) in &step.bands {
             if let Some(of) = without_band(&mut tx, step.restart, *place).await? {
                 queue_band(&mut tx, &study, step.restart.0, of, band, now).await?;
@@ -233,6 +235,7 @@ impl SqliteStore {
             restart_index: row.restart_index,
         };
         insert_asks(&mut tx, &owner, row.batch, step.asks, now).await?;
+        replace_guesses(&mut tx, &owner, row.batch, step.guesses, now).await?;
         tx.commit().await.map_err(database(DOING))?;
         Ok(true)
     }
@@ -310,7 +313,7 @@ async fn without_band(
     let place = place as i64;
     sqlx::query_scalar!(
         r#"SELECT of.id AS "id!: i64"
-           FROM (SELECT id FROM evaluations WHERE restart = ? AND band_of IS NULL
+           FROM (SELECT id FROM evaluations WHERE restart = ? AND band_of IS NULL AND guess = 0
                  ORDER BY batch, batch_index LIMIT 1 OFFSET ?) AS of
            WHERE NOT EXISTS (SELECT 1 FROM evaluations band WHERE band.band_of = of.id)"#,
         restart.0,

@@ -5,6 +5,7 @@ use salp_server::store::{BegunStep, NewAsk, NewRestart, NewStudy, StoreError, Su
 use serde_json::json;
 
 use crate::SqliteStore;
+use crate::guess::replace_guesses;
 use crate::rows::{Answered, Tx, database, note, now_ms, store_answer, to_json};
 
 impl SqliteStore {
@@ -153,6 +154,7 @@ async fn insert_restarts(
             restart_index: index,
         };
         insert_asks(tx, &owner, 0, restart.asks, now).await?;
+        replace_guesses(tx, &owner, 0, restart.guesses, now).await?;
     }
     Ok(())
 }
@@ -199,6 +201,7 @@ pub async fn insert_asks(
                 step: owner.step,
                 restart_index: owner.restart_index,
                 band_of: None,
+                guess: false,
                 key: &ask.key,
                 outcome: &known.outcome,
                 judgement,

@@ -4,6 +4,7 @@ use super::{
     CmaEs, Offspring, Phase,
     distribution::Distribution,
     ranking::{Ranking, Standing},
+    stall::Stall,
     strategy::Strategy,
 };
 use crate::optimiser::{
@@ -86,6 +87,8 @@ impl CmaEs {
             let surplus = self.bests.len().saturating_sub(self.window());
             self.bests.drain(..surplus);
             keep_best(&mut self.best, &point, tolerance);
+            let spent = self.spent();
+            self.stall.note(&point, &spent, tolerance);
             self.iterate = Some(point);
         }
         self.iteration += 1;
@@ -199,10 +202,14 @@ impl CmaEs {
             });
         }
         let condition = self.distribution.condition();
-        (condition > CONDITION).then_some(StopReason::Condition {
-            condition,
-            limit: CONDITION,
-        })
+        if condition > CONDITION {
+            let limit = CONDITION;
+            return Some(StopReason::Condition { condition, limit });
+        }
+        let options = &self.options;
+        let tolerance = options.violation_tolerance;
+        self.stall
+            .reason(options.stall_factor, &self.spent(), tolerance)
     }
 
     /// From a random mean with twice the population.
@@ -214,6 +221,7 @@ impl CmaEs {
         self.distribution = Distribution::new(mean, self.options.first_step);
         self.ranking = Ranking::new();
         self.bests.clear();
+        self.stall = Stall::after(self.analyses);
     }
 
     /// Repairs what is refused, and moves on without analyses where a whole generation is.

@@ -20,13 +20,19 @@ mod eigen;
 mod generation;
 mod options;
 mod ranking;
+mod stall;
 mod strategy;
 
 use serde::{Deserialize, Serialize};
 
 pub use self::options::CmaEsOptions;
 
-use self::{coordinates::Coordinates, distribution::Distribution, ranking::Ranking};
+use self::{
+    coordinates::Coordinates,
+    distribution::Distribution,
+    ranking::Ranking,
+    stall::{Spent, Stall},
+};
 use super::{
     contract::{Ask, AskKind, Told},
     method::{Method, Refuses},
@@ -88,6 +94,8 @@ pub struct CmaEs {
     absolute_tolerance: Option<f64>,
     /// Best feasible objective of each generation, the last ones; none where none was feasible.
     bests: Vec<Option<f64>>,
+    #[serde(default)]
+    stall: Stall,
     /// The best point of the last generation that had one.
     iterate: Option<Point>,
     best: Option<Point>,
@@ -123,6 +131,7 @@ impl CmaEs {
             ranking: Ranking::new(),
             absolute_tolerance: options.absolute_tolerance,
             bests: Vec::new(),
+            stall: Stall::default(),
             iterate: None,
             best: None,
             iteration: 0,
@@ -141,6 +150,15 @@ impl CmaEs {
     fn x(&self, offspring: &Offspring) -> Vec<f64> {
         let drawn = || self.design(&self.distribution.point(&offspring.z));
         offspring.repaired.clone().unwrap_or_else(drawn)
+    }
+
+    fn spent(&self) -> Spent {
+        Spent {
+            analyses: self.analyses,
+            generation: self.iteration,
+            population: self.population,
+            dimension: self.coordinates.dimension(),
+        }
     }
 
     fn design(&self, at: &[f64]) -> Vec<f64> {
@@ -207,6 +225,7 @@ impl Method for CmaEs {
             self.boundary = false;
             self.best = None;
             self.bests.clear();
+            self.stall = Stall::after(self.analyses);
         }
     }
 

@@ -32,6 +32,9 @@ pub struct CmaEsOptions {
     pub relative_tolerance: f64,
     /// Steps, as fractions of the distance of the bounds, that count as none.
     pub step_tolerance: f64,
+    /// A run ends when it costs this many times what brought it to within 0.1 % of its best value, or of its least violation
+    /// as long as nothing is feasible, and at least 120 + 30 n / population generations have passed since; 0: never.
+    pub stall_factor: f64,
 }
 
 impl Default for CmaEsOptions {
@@ -46,6 +49,7 @@ impl Default for CmaEsOptions {
             absolute_tolerance: None,
             relative_tolerance: 1e-3,
             step_tolerance: 1e-6,
+            stall_factor: 3.0,
         }
     }
 }
@@ -72,6 +76,7 @@ impl CmaEsOptions {
                 ("relative_tolerance", self.relative_tolerance),
                 ("absolute_tolerance", self.absolute_tolerance.unwrap_or(0.0)),
                 ("step_tolerance", self.step_tolerance),
+                ("stall_factor", self.stall_factor),
             ],
             faults,
         );

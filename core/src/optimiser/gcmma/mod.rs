@@ -30,6 +30,7 @@ pub use self::options::GcmmaOptions;
 use self::asymptotes::Asymptotes;
 use super::{
     contract::{Ask, AskKind, Told},
+    descent::DescentOptions,
     linearisation::{Linearisation, Pending},
     method::Method,
     problem::Problem,
@@ -129,6 +130,10 @@ impl Method for Gcmma {
 
     fn here(&self) -> Option<&Linearisation> {
         Some(&self.here)
+    }
+
+    fn descent(&self) -> Option<&DescentOptions> {
+        Some(&self.options.descent)
     }
 
     fn done(&self) -> Option<StopReason> {

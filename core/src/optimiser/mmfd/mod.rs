@@ -35,6 +35,7 @@ use self::{
 };
 use super::{
     contract::{Ask, AskKind, Told},
+    descent::DescentOptions,
     linearisation::{Linearisation, Pending as Linearising},
     method::Method,
     options::{Curvature, MmfdOptions},
@@ -163,6 +164,18 @@ impl Method for Mmfd {
 
     fn here(&self) -> Option<&Linearisation> {
         Some(&self.here)
+    }
+
+    fn descent(&self) -> Option<&DescentOptions> {
+        Some(&self.options.descent)
+    }
+
+    /// Answers of a search that goes on as its slope says, that has brought nothing, or little.
+    fn alike(&self) -> Vec<[Told; 2]> {
+        match (&self.phase, self.setting()) {
+            (Phase::Search(search), Some(setting)) => search.alike(&setting),
+            _ => Vec::new(),
+        }
     }
 
     fn done(&self) -> Option<StopReason> {

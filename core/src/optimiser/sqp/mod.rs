@@ -29,10 +29,12 @@ pub use self::options::SqpOptions;
 use self::{frame::Frame, hessian::Hessian, merit::Merit};
 use super::{
     contract::{Ask, AskKind, Told},
+    descent::DescentOptions,
     linearisation::{Linearisation, Pending},
     method::Method,
     problem::Problem,
     rows,
+    speculate::made_up,
     stop::StopReason,
 };
 
@@ -190,6 +192,28 @@ impl Method for Sqp {
 
     fn here(&self) -> Option<&Linearisation> {
         Some(&self.here)
+    }
+
+    fn descent(&self) -> Option<&DescentOptions> {
+        Some(&self.options.descent)
+    }
+
+    /// Answers that refuse a corrected step: the shorter one that follows was found before it.
+    fn alike(&self) -> Vec<[Told; 2]> {
+        match (&self.phase, &self.here.iterate) {
+            (Phase::Trial(trial), Some(iterate)) if trial.place == Place::Corrected => {
+                let refused = |times: f64| {
+                    made_up(
+                        iterate,
+                        times * trial.slope.abs(),
+                        1.0 + 0.1 * times,
+                        0.01 * times,
+                    )
+                };
+                vec![[refused(1.0), refused(2.0)]]
+            }
+            _ => Vec::new(),
+        }
     }
 
     fn done(&self) -> Option<StopReason> {

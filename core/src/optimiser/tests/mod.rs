@@ -10,5 +10,6 @@ mod growth;
 mod odd;
 mod resume;
 mod run;
+mod speculation;
 mod time;
 mod without_gradients;

@@ -410,6 +410,92 @@ fn failures_never_end_a_run_wrongly() {
     assert!(near(&blocked) < 0.5);
 }
 
+/// Runs on a function to the end.
+fn until_it_ends(options: CmaEsOptions, told: impl Fn(&[f64], usize) -> Told) -> OptimiserState {
+    let problem = Problem {
+        inequalities: 1,
+        ..boxed(4, 5.0)
+    };
+    let (mut state, mut asks) = open(options, problem, vec![3.0; 4]);
+    let mut count = 0;
+    while state.done().is_none() {
+        let answers: Vec<Told> = asks
+            .iter()
+            .map(|ask| {
+                count += 1;
+                told(&ask.x, count)
+            })
+            .collect();
+        let next = step(&state, &answers);
+        (state, asks) = (reborn(&next.state), next.asks);
+    }
+    state
+}
+
+#[test]
+fn a_run_that_stalls_ends_with_what_it_cost() {
+    let values = |objective: f64, g: f64| {
+        Told::Values(Values {
+            objective,
+            constraints: vec![g],
+            gradient: None,
+            constraint_gradients: None,
+        })
+    };
+    // Differs from call to call by more than any tolerance, as a simulation does that is not reproducible.
+    let noise = |count: usize| (0.618_033_988_75 * count as f64).fract();
+    let noisy = |x: &[f64], count: usize| values(sphere(x) + 1.0 + noise(count), -1.0);
+    let never = CmaEsOptions {
+        stall_factor: 0.0,
+        step_tolerance: 0.0,
+        max_evaluations: Some(8000),
+        ..seeded(3)
+    };
+    let guarded = CmaEsOptions {
+        stall_factor: 3.0,
+        ..never.clone()
+    };
+    let limit = StopReason::EvaluationLimit { evaluations: 8000 };
+    assert_eq!(until_it_ends(never.clone(), noisy).done(), Some(limit));
+    let stalled = until_it_ends(guarded.clone(), noisy);
+    let Some(StopReason::Stall { cost, cost_to_best }) = stalled.done() else {
+        panic!("{:?}", stalled.done());
+    };
+    assert_eq!(cost, stalled.analyses());
+    assert!(
+        cost + 8 > 3 * cost_to_best && cost < 6000,
+        "{cost} {cost_to_best}"
+    );
+    // Nothing is feasible, and nothing says where it might be: no rule but the guard ends it before the limit.
+    let nowhere = |_: &[f64], count: usize| values(1.0, 1.0 + noise(count));
+    assert_eq!(until_it_ends(never, nowhere).done(), Some(limit));
+    let lost = until_it_ends(guarded.clone(), nowhere);
+    let Some(StopReason::NoFeasibleDesign {
+        iterations,
+        violation,
+    }) = lost.done()
+    else {
+        panic!("{:?}", lost.done());
+    };
+    assert!(iterations > 120 && (1.0..1.01).contains(&violation));
+    // A flat objective and one that always fails have rules of their own; a ridge that is followed is no stall.
+    let flat = until_it_ends(guarded.clone(), |_, _| values(1.0, -1.0));
+    assert!(matches!(flat.done(), Some(StopReason::Absolute { .. })));
+    let fails = until_it_ends(guarded.clone(), |_, _| Told::Failed);
+    assert!(matches!(
+        fails.done(),
+        Some(StopReason::FailedStart { attempts: 81 })
+    ));
+    let ridge = |x: &[f64], _: usize| {
+        let across: f64 = x[1..].iter().map(|x| x * x).sum();
+        values(x[0] + 10.0 * across.sqrt(), -1.0)
+    };
+    let ridge = until_it_ends(guarded, ridge);
+    assert!(!matches!(ridge.done(), Some(StopReason::Stall { .. })));
+    let best = ridge.best().expect("a best point").objective;
+    assert!(best < -4.9, "{best} {:?}", ridge.done());
+}
+
 #[test]
 fn a_refused_design_is_never_asked_for_and_its_edge_is_found() {
     // Valid: the sum below 1, from a start in the corner of what is valid.

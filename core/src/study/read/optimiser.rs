@@ -234,6 +234,7 @@ fn read_cma_es(object: &Object<'_>) -> Option<CmaEsOptions> {
         "absolute_tolerance",
         "relative_tolerance",
         "step_tolerance",
+        "stall_factor",
     ]);
     let default = CmaEsOptions::default();
     let number = |name: &str, default: f64| object.or(name, default, Node::number);
@@ -247,6 +248,7 @@ fn read_cma_es(object: &Object<'_>) -> Option<CmaEsOptions> {
     let absolute_tolerance = object.optional("absolute_tolerance", Node::number);
     let relative_tolerance = number("relative_tolerance", default.relative_tolerance);
     let step_tolerance = number("step_tolerance", default.step_tolerance);
+    let stall_factor = number("stall_factor", default.stall_factor);
     Some(CmaEsOptions {
         seed: seed?,
         population: population?,
@@ -257,6 +259,7 @@ fn read_cma_es(object: &Object<'_>) -> Option<CmaEsOptions> {
         absolute_tolerance: absolute_tolerance?,
         relative_tolerance: relative_tolerance?,
         step_tolerance: step_tolerance?,
+        stall_factor: stall_factor?,
     })
 }
 

@@ -54,11 +54,13 @@ fn read_root(node: &Node<'_>, allow_paths: bool) -> Option<Study> {
         "actuation",
         "mixed_hardware",
         "error_bands",
+        "speculate",
         "step",
     ])?;
     let name = root.required("name").and_then(|n| read_name(&n));
     let mixed_hardware = root.or("mixed_hardware", false, Node::boolean);
     let error_bands = root.or("error_bands", true, Node::boolean);
+    let speculate = root.or("speculate", false, Node::boolean);
     let steps = root.required("step");
     let has_chambers = steps
         .as_ref()
@@ -90,6 +92,7 @@ fn read_root(node: &Node<'_>, allow_paths: bool) -> Option<Study> {
         body: body?,
         mixed_hardware: mixed_hardware?,
         error_bands: error_bands?,
+        speculate: speculate?,
         steps,
     })
 }

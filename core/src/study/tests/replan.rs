@@ -186,3 +186,56 @@ fn a_run_that_settles_keeps_its_plan() {
         Some(false)
     );
 }
+
+#[test]
+fn guesses_are_what_is_asked_next_and_keep_the_plan_and_the_budget() {
+    let of = |more: &[&str]| {
+        let few = [
+            "step[0].optimiser.max_iterations=8",
+            "step[0].optimiser.gradient=differences",
+            "speculate=true",
+        ];
+        study(&with(
+            &example("asymmetric-bending"),
+            &[&few[..], more].concat(),
+        ))
+    };
+    let follow = |study: &Study| {
+        let specs = study.restarts(0, &StepInputs::default()).expect("restarts");
+        let (mut state, mut asks) = begin(study, &specs[0]).expect("begins");
+        let (mut guessed, mut batches, mut replans, mut most) = (0, 0, 0, 0);
+        while !asks.is_empty() {
+            let guesses = speculate(study, &state).expect("guesses");
+            let key = |request: &EvaluationRequest| request.key(study, "").expect("a key");
+            let keys: Vec<String> = guesses.iter().map(key).collect();
+            let outcomes: Vec<_> = asks.iter().map(|request| answer(study, request)).collect();
+            most = most.max(state.evaluations + asks.len() + guesses.len());
+            let one = asks.len() == 1;
+            let next = step(study, &state, &outcomes).expect("goes on");
+            (state, asks) = (next.state, next.asks);
+            if one && asks.len() > 1 {
+                batches += 1;
+                guessed += usize::from(asks.iter().all(|ask| keys.contains(&key(ask))));
+            } else if one && asks.first().is_some_and(|ask| ask.kind == AskKind::Replan) {
+                replans += 1;
+                let differences = guesses.iter().any(|g| g.kind == AskKind::Gradient);
+                assert!(!differences, "of another plan");
+            }
+        }
+        (state, [guessed, batches, replans], most)
+    };
+    let study = of(&[]);
+    let (state, [guessed, batches, replans], _) = follow(&study);
+    assert!(batches > 4 && guessed == batches, "{guessed} of {batches}");
+    assert!(replans > 0);
+    let off = of(&["speculate=false"]);
+    let (same, [none, ..], _) = follow(&off);
+    assert_eq!(none, 0);
+    assert_eq!(same.history_sha256, state.history_sha256);
+    let restarts = study.restarts(0, &StepInputs::default()).expect("restarts");
+    let share = 60;
+    let budget = format!("step[0].budget.evaluations={}", share * restarts.len());
+    let (_, _, most) = follow(&of(&[&budget]));
+    // At most one batch of sixteen differences and what follows a failure are looked ahead.
+    assert!(most > share - 20 && most <= share + 1, "{most}");
+}

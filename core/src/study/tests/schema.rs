@@ -105,7 +105,7 @@ fn what_reads_conforms() {
         "{\"method\": \"gcmma\", \"globalise\": false}",
         "{\"method\": \"sqp\", \"first_move\": 0.2, \"absolute_tolerance\": null}",
         "{\"method\": \"cma_es\"}",
-        "{\"method\": \"cma_es\", \"population\": 20, \"doublings\": 2, \"max_evaluations\": 5000}",
+        "{\"method\": \"cma_es\", \"population\": 20, \"doublings\": 2, \"max_evaluations\": 5000, \"stall_factor\": 0}",
         "{\"method\": \"random_search\", \"evaluations\": 100}",
     ] {
         let assignment = format!("step[0].optimiser={optimiser}");

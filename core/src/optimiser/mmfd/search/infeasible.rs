@@ -25,9 +25,7 @@ impl Search {
             self.pending = Pending::Return { alpha, x, count: 1 };
             return Next::Evaluate;
         }
-        let alpha = match self.pending {
-            Pending::Trial { alpha } | Pending::Return { alpha, .. } => alpha,
-        };
+        let alpha = self.pending.alpha();
         match best {
             Some(best) if best.point.violation < 0.8 * start => Next::Accept(Box::new(best)),
             Some(best)

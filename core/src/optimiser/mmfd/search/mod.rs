@@ -4,6 +4,7 @@
 //! first order the objective after a return to the boundary, so that a return is paid for once, at the end. From an
 //! infeasible one they are judged by their violation.
 
+mod alike;
 mod feasible;
 mod infeasible;
 
@@ -62,6 +63,15 @@ pub(super) enum Pending {
         x: Vec<f64>,
         count: usize,
     },
+}
+
+impl Pending {
+    /// Step along the direction, before any return.
+    pub fn alpha(&self) -> f64 {
+        match self {
+            Self::Trial { alpha } | Self::Return { alpha, .. } => *alpha,
+        }
+    }
 }
 
 /// A search between two evaluations.
