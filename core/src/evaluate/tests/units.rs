@@ -10,7 +10,7 @@ use crate::scene::Orientation;
 use crate::study::takes::TakenFrom;
 use crate::study::{EvaluationRequest, Given, Letter, OutcomeStatus, Study, read_study};
 
-fn step(id: &str, model: Value) -> Value {
+fn step(id: &str, model: &Value) -> Value {
     json!({
         "id": id,
         "target": {"kind": "enclosed_area", "probe_mm": "tip", "orientation": "clockwise"},
@@ -21,7 +21,7 @@ fn step(id: &str, model: Value) -> Value {
     })
 }
 
-fn study(actuator: Value, steps: Value) -> Study {
+fn study(actuator: &Value, steps: &Value) -> Study {
     let document = json!({
         "name": "units",
         "actuator": actuator,
@@ -57,8 +57,8 @@ const HEXAGONS: [Point; 12] = [
 
 #[test]
 fn gradients_of_hexagons_match_differences() {
-    let steps = json!([step("hexagons", model("fe_cascade", 8.0))]);
-    let study = study(json!({"units": 2, "corners": 6}), steps);
+    let steps = json!([step("hexagons", &model("fe_cascade", 8.0))]);
+    let study = study(&json!({"units": 2, "corners": 6}), &steps);
     let x = HEXAGONS.concat();
     let asked = Asked {
         study: &study,
@@ -71,17 +71,17 @@ fn gradients_of_hexagons_match_differences() {
 /// A sequence is worth what the units that it names are worth as free ones.
 #[test]
 fn a_sequence_has_the_value_of_its_units() {
-    let mut mixed = step("mixed", model("fe_direct", 20.0));
+    let mut mixed = step("mixed", &model("fe_direct", 20.0));
     mixed["takes"] = json!([{"step": "unit", "as": "alphabet"}]);
     mixed["variables"] = json!({"parametrisation": "sequence"});
     mixed["optimiser"] = json!({"method": "exchange"});
     if let Some(fields) = mixed.as_object_mut() {
         fields.remove("restarts");
     }
-    let mut unit = step("unit", model("fe_cascade", 20.0));
+    let mut unit = step("unit", &model("fe_cascade", 20.0));
     unit["keeps"] = json!(2);
-    let steps = json!([unit, mixed, step("free", model("fe_direct", 20.0))]);
-    let study = study(json!({"units": 2}), steps);
+    let steps = json!([unit, mixed, step("free", &model("fe_direct", 20.0))]);
+    let study = study(&json!({"units": 2}), &steps);
     let units = [40.0, 60.0].map(|side| LayoutBoxes::PAPER.rectangles([side, 20.0]));
     let letter = |corners: &Vec<f64>| Letter {
         corners: corners.clone(),
