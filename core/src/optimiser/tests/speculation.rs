@@ -39,9 +39,12 @@ fn follow(id: &str, options: &OptimiserOptions, x0: &[f64], every: usize, met: &
         let fails = steps % every == every - 1;
         let told: Vec<Told> = asks
             .iter()
-            .map(|ask| match fails {
-                true => Told::Failed,
-                false => case.evaluate(&ask.x, ask.want_gradient),
+            .map(|ask| {
+                if fails {
+                    Told::Failed
+                } else {
+                    case.evaluate(&ask.x, ask.want_gradient)
+                }
             })
             .collect();
         let next = step(&state, &told);
