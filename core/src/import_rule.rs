@@ -80,6 +80,7 @@ const RULE: &[(&str, &[&str])] = &[
     (
         "verify",
         &[
+            "analysis",
             "assembly",
             "equilibrium",
             "evaluate",

@@ -54,6 +54,9 @@ pub struct Verify {
     /// Threads of --designs and --mesher [default: one per core]
     #[arg(long)]
     threads: Option<usize>,
+    /// Folder in which --optimisers writes its data profiles, as CSV and as a picture
+    #[arg(long, value_name = "DIR", requires = "optimisers")]
+    out: Option<PathBuf>,
     /// Only the lines whose problem (or, of --optimisers, whose method) has this in its name
     #[arg(long, value_name = "NAME")]
     only: Option<String>,

@@ -1,14 +1,18 @@
 //! Every optimiser on every published problem.
 
+use std::path::Path;
+
 use salp_core::optimiser::{GradientSource, StopReason};
+use salp_core::picture::{ProfilePanel, ProfilePicture};
 use salp_core::verify::optimisers::{
-    METHODS, OptimiserLine, OptimiserTable, Win, optimisers, wins,
+    DataProfile, METHODS, OptimiserLine, OptimiserTable, TOLERANCES, Win, data_profiles,
+    optimisers, wins,
 };
 use serde_json::json;
 
 use super::{Verify, verdict};
 use crate::failure::Failure;
-use crate::output::{Output, table};
+use crate::output::{Output, table, write_file};
 use crate::stopwatch::cpu_seconds;
 
 /// By how much a method must be cheaper than another to be worth keeping beside it.
@@ -25,6 +29,9 @@ pub fn run(verify: &Verify, output: Output) -> Result<(), Failure> {
             names.join(", ")
         );
         return Err(Failure::fault("only", message));
+    }
+    if let Some(folder) = &verify.out {
+        profiles(&tables, folder)?;
     }
     let lines = || tables.iter().flat_map(|table| &table.lines);
     let failed = lines().filter(|line| !line.passed).count();
@@ -60,6 +67,42 @@ pub fn run(verify: &Verify, output: Output) -> Result<(), Failure> {
             "an optimiser does not keep to what it is held to",
         ))
     }
+}
+
+/// Writes the data profiles into a folder.
+fn profiles(tables: &[OptimiserTable], folder: &Path) -> Result<(), Failure> {
+    let all = data_profiles(tables);
+    let mut csv = String::from("tolerance,method,problems,k,share\n");
+    let mut panels = Vec::new();
+    for (tolerance, profiles) in TOLERANCES.iter().zip(&all) {
+        for DataProfile { profile, problems } in profiles {
+            // A method that solves nothing has a line too.
+            for (k, share) in [&(0.0, 0.0)].into_iter().chain(&profile.steps) {
+                csv += &format!("{tolerance:e},{},{problems},{k},{share}\n", profile.method);
+            }
+        }
+        let series = |of: &DataProfile| {
+            let name = format!("{} ({})", of.profile.method, of.problems);
+            (name, of.profile.steps.clone())
+        };
+        panels.push(ProfilePanel {
+            heading: format!("all but {tolerance:.0e} of the possible gain"),
+            series: profiles.iter().map(series).collect(),
+        });
+    }
+    let picture = ProfilePicture {
+        title: "Data profiles: the published problems, gradients by differences".into(),
+        x_label: "evaluations / (n + 1)".into(),
+        y_label: "share of the problems".into(),
+        panels,
+        caption: vec![
+            "in brackets the number of problems that a method is run on; from the published start; violations up to the method's own \
+             tolerance, at least 1e-3, are allowed"
+                .into(),
+        ],
+    };
+    write_file(&folder.join("data-profiles.csv"), &csv)?;
+    write_file(&folder.join("data-profiles.svg"), &picture.svg())
 }
 
 fn text(tables: &[OptimiserTable]) -> String {

@@ -13,8 +13,6 @@ const LEGEND_TEXT: f64 = 54.0;
 const LEGEND_WIDTH: f64 = 310.0;
 /// What is right of the plot without a legend: half of a tick's label and more.
 const RIGHT: f64 = 30.0;
-/// Dashes tell the lines apart without colours.
-const DASHES: [&str; 4] = ["", "9 4", "2 3", "9 3 2 3"];
 
 /// What is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -128,12 +126,12 @@ impl BandPicture {
         }
         for (i, series) in self.series.iter().enumerate() {
             for run in series.runs(&axes) {
-                svg.path(&polyline(&run, false), &stroke(i));
+                svg.path(&polyline(&run, false), &frame::stroke(i));
             }
         }
         let mut y = MARGIN[1] + 10.0;
         for (i, lines) in legend.iter().enumerate() {
-            svg.line([right + 16.0, y], [right + 46.0, y], &stroke(i));
+            svg.line([right + 16.0, y], [right + 46.0, y], &frame::stroke(i));
             for (k, line) in lines.iter().enumerate() {
                 let at = [right + LEGEND_TEXT, y + 4.0 + 15.0 * k as f64];
                 svg.text(at, 12.0, Anchor::Start, "fill=\"#222222\"", line);
@@ -216,17 +214,6 @@ impl BandSeries {
         runs.retain(|run| !run.is_empty());
         runs
     }
-}
-
-fn stroke(i: usize) -> String {
-    let colour = COLOURS[i % COLOURS.len()];
-    let dashes = match DASHES[i % DASHES.len()] {
-        "" => String::new(),
-        dashes => format!(" stroke-dasharray=\"{dashes}\""),
-    };
-    format!(
-        "fill=\"none\" stroke=\"{colour}\" stroke-width=\"2.2\" stroke-linejoin=\"round\"{dashes}"
-    )
 }
 
 #[cfg(test)]

@@ -8,6 +8,21 @@ pub(super) const COLOURS: [&str; 6] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00",
 ];
 
+/// Dashes tell the lines apart without colours.
+const DASHES: [&str; 4] = ["", "9 4", "2 3", "9 3 2 3"];
+
+/// How the line of the i-th series is drawn: colour and dashes.
+pub(super) fn stroke(i: usize) -> String {
+    let colour = COLOURS[i % COLOURS.len()];
+    let dashes = match DASHES[i % DASHES.len()] {
+        "" => String::new(),
+        dashes => format!(" stroke-dasharray=\"{dashes}\""),
+    };
+    format!(
+        "fill=\"none\" stroke=\"{colour}\" stroke-width=\"2.2\" stroke-linejoin=\"round\"{dashes}"
+    )
+}
+
 /// Draws the frame of a plot from its upper left corner, with its labels and a title that ends where the picture does.
 pub(super) fn draw(
     svg: &mut Svg,

@@ -11,6 +11,7 @@ pub mod graph;
 mod labels;
 mod panel;
 pub mod pressure_plane;
+mod profile;
 mod reduced;
 pub mod scatter;
 #[cfg(feature = "solver")]
@@ -24,6 +25,7 @@ pub use bands::{BandPicture, BandSeries, BandStep};
 pub use curve::{BestPoint, CurvePicture, CurvePoint, CurveSeries};
 pub use graph::{GraphPicture, GraphStep};
 pub use pressure_plane::PressurePlanePicture;
+pub use profile::{ProfilePanel, ProfilePicture};
 pub use reduced::{ReducedPicture, TipPaths, tip_paths_svg};
 pub use scatter::{ScatterPicture, ScatterSeries};
 #[cfg(feature = "solver")]

@@ -2,6 +2,7 @@
 //! what each is held to.
 
 mod methods;
+mod profiles;
 mod rule;
 mod run;
 #[cfg(test)]
@@ -12,6 +13,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 pub use methods::{METHODS, Method};
+pub use profiles::{DataProfile, TOLERANCES, data_profiles};
 
 use crate::optimiser::published::{self, Case, Other};
 use crate::optimiser::{GradientSource, StopReason};
@@ -23,6 +25,8 @@ pub struct OptimiserLine {
     pub method: &'static str,
     /// The problem.
     pub problem: String,
+    /// Number of its variables.
+    pub variables: usize,
     /// `x0`, or the name of another start.
     pub start: String,
     /// Where gradients came from.
@@ -44,6 +48,8 @@ pub struct OptimiserLine {
     pub gradients: usize,
     /// Analyses and gradients to a gap of 0.1 %.
     pub to_target: Option<[usize; 2]>,
+    /// Analyses until all but a share of the possible gain was made, for each share of [`TOLERANCES`].
+    pub to_share: [Option<usize>; 2],
     /// Cost of the run over its cost to within 0.1 % of its own last value.
     pub tail: f64,
     /// Why it ended.

@@ -1,6 +1,7 @@
 //! One run, from a start to its end.
 
-use super::{Method, OptimiserLine, rule};
+use super::{Method, OptimiserLine, TOLERANCES, rule};
+use crate::analysis::profile_target;
 use crate::optimiser::published::Case;
 use crate::optimiser::{
     Ask, AskKind, GradientSource, OptimiserOptions, OptimiserState, Point, StopReason, Told,
@@ -30,6 +31,7 @@ pub(super) fn run(
     let mut line = OptimiserLine {
         method: method.name,
         problem: case.id.clone(),
+        variables: case.n,
         start: label.to_owned(),
         gradient,
         objective: best.map(|best| best.objective),
@@ -42,6 +44,7 @@ pub(super) fn run(
         analyses: state.as_ref().map_or(0, OptimiserState::analyses),
         gradients: state.as_ref().map_or(0, OptimiserState::gradients),
         to_target: to_target(case, &history, tolerance),
+        to_share: TOLERANCES.map(|share| to_share(case, &history, x0, [share, tolerance])),
         tail: best.map_or(1.0, |best| tail(&history, best.objective, tolerance)),
         stop,
         held_to: String::new(),
@@ -93,6 +96,27 @@ fn to_target(case: &Case, history: &[Seen], tolerance: f64) -> Option<[usize; 2]
         gradients += usize::from(ask.want_gradient);
         if seen.is_some_and(|(f, violation)| violation <= tolerance && case.gap(f) <= REACHED) {
             return Some([analyses, gradients]);
+        }
+    }
+    None
+}
+
+/// Analyses until a design within the tolerance of the constraints and a share of the distance between first and best
+/// objective. A start outside the feasible region may be below the best: the distance counts then all the same.
+fn to_share(
+    case: &Case,
+    history: &[Seen],
+    x0: &[f64],
+    [share, tolerance]: [f64; 2],
+) -> Option<usize> {
+    let first = values(case, x0)?.objective;
+    let above = case.f_star + (first - case.f_star).abs();
+    let target = profile_target(above, case.f_star, share);
+    let mut analyses = 0;
+    for (ask, seen) in history {
+        analyses += usize::from(ask.kind != AskKind::Gradient || !ask.want_gradient);
+        if seen.is_some_and(|(f, violation)| violation <= tolerance && f <= target) {
+            return Some(analyses);
         }
     }
     None

@@ -22,6 +22,25 @@ fn every_method_keeps_to_what_it_is_held_to() {
         }
     }
     assert!(failed.is_empty(), "{failed:#?}");
+    let [coarse, fine] = data_profiles(&tables);
+    assert_eq!(coarse.len(), METHODS.len());
+    for (coarse, fine) in coarse.iter().zip(&fine) {
+        let name = &coarse.profile.method;
+        assert_eq!(*name, fine.profile.method);
+        let by_values = ["cma_es", "random_search"].contains(&name.as_str());
+        assert_eq!(coarse.problems < coarse_of(&tables), by_values, "{name}");
+        for k in [1.0, 3.0, 10.0, 100.0, 1e6] {
+            assert!(fine.profile.share(k) <= coarse.profile.share(k), "{name}");
+        }
+        let end = coarse.profile.share(f64::INFINITY);
+        assert!(end <= 1.0 && coarse.profile.share(0.5) == 0.0, "{name}");
+        // SQP solves all that has one optimum, a random search hardly anything.
+        match name.as_str() {
+            "sqp" => assert!(fine.profile.share(f64::INFINITY) > 0.6),
+            "random_search" => assert!(end < 0.5),
+            _ => {}
+        }
+    }
     // Figures of others are there for the problems on which they were measured.
     let measured = |gradient| {
         let with = tables
@@ -31,6 +50,14 @@ fn every_method_keeps_to_what_it_is_held_to() {
     };
     assert_eq!(measured(GradientSource::Model), 14);
     assert_eq!(measured(GradientSource::Differences), 15);
+}
+
+/// Problems with differences.
+fn coarse_of(tables: &[OptimiserTable]) -> usize {
+    let with = tables
+        .iter()
+        .filter(|t| t.gradient == GradientSource::Differences);
+    with.count()
 }
 
 #[test]
