@@ -1,5 +1,8 @@
 //! Tests of the framework: what is due when, what is taken, which graphs are no graphs.
 
+mod hexagons;
+mod sequences;
+
 use serde_json::{Value, json};
 
 use super::candidate::DISTINCT;
@@ -40,6 +43,14 @@ fn finger() -> Value {
 
 fn study(document: &Value) -> Study {
     read_study(document, false).unwrap_or_else(|faults| panic!("{faults}"))
+}
+
+/// Paths of the faults of a document.
+fn paths(document: &Value) -> Vec<String> {
+    match read_study(document, false) {
+        Ok(_) => Vec::new(),
+        Err(faults) => faults.0.into_iter().map(|f| f.path).collect(),
+    }
 }
 
 fn candidate(x: Vec<f64>, objective: f64) -> Candidate {

@@ -7,7 +7,6 @@ mod machine;
 mod racing;
 mod replan;
 mod schema;
-mod sequences;
 mod starts;
 mod without_gradients;
 

@@ -99,7 +99,7 @@ fn a_sequence_has_the_value_of_its_units() {
     let outcome = |step: usize, x: Vec<f64>, given: &Given| {
         let request = EvaluationRequest {
             step,
-            kind: crate::optimiser::AskKind::Initial,
+            kind: serde_json::from_value(json!("initial")).expect("a kind"),
             iteration: 0,
             plan_base: Some(x.clone()),
             x,

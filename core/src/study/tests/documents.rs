@@ -19,10 +19,9 @@ optimiser = { method = "mmfd", gradient = "model", difference_step = 1e-3, max_i
 restarts = { start = "given", points = [[1.0, 1.0]] }
 "#;
 
-const EXAMPLES: [&str; 9] = [
+const EXAMPLES: [&str; 8] = [
     "paper-hierarchical",
     "asymmetric-bending",
-    "best-area",
     "direct",
     "rectangles",
     "bend-90",

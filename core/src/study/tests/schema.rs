@@ -75,7 +75,6 @@ fn what_reads_conforms() {
     for name in [
         "paper-hierarchical",
         "asymmetric-bending",
-        "best-area",
         "direct",
         "rectangles",
         "bend-90",

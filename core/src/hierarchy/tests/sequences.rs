@@ -1,12 +1,7 @@
 //! Sequences of units: their variables, scenes and keys, what they take and hand on, faults.
 
-use serde_json::json;
-
 use super::*;
-use crate::geometry::LayoutBoxes;
-use crate::hierarchy::{Candidate, Due, Progress, StepResult, due};
-use crate::optimiser::StopReason;
-use crate::study::restart::{RestartStop, begin, step};
+use crate::study::restart::{begin, step};
 use crate::study::{EvaluationRequest, Given, Outcome, OutcomeStatus};
 
 /// Two areas that give units, a sequence of three units from both, and a direct step that takes what it finds.
@@ -51,22 +46,6 @@ fn document() -> Value {
             free,
         ],
     })
-}
-
-fn pair(side: f64) -> Vec<f64> {
-    LayoutBoxes::PAPER.rectangles([side, 20.0])
-}
-
-fn candidate(x: Vec<f64>, objective: f64) -> Candidate {
-    Candidate {
-        restart: 0,
-        evaluation: 0,
-        x,
-        objective,
-        max_violation: 0.0,
-        orientation: None,
-        given: Given::default(),
-    }
 }
 
 fn done(candidates: Vec<Candidate>) -> Progress {
@@ -137,7 +116,7 @@ fn a_sequence_is_known_by_the_key_of_its_units() {
     let inputs = inputs_of(&study, 20.0);
     let request = |step: usize, x: Vec<f64>, given: &Given| EvaluationRequest {
         step,
-        kind: crate::optimiser::AskKind::Initial,
+        kind: serde_json::from_value(json!("initial")).expect("a kind"),
         iteration: 0,
         plan_base: Some(x.clone()),
         x,
@@ -194,12 +173,12 @@ fn the_best_sequence_is_found_and_handed_on_as_geometry() {
         (state, asks) = (next.state, next.asks);
     }
     assert!(asked < 27, "{asked}");
-    let Some(RestartStop::Optimiser(StopReason::NoBetterExchange { points, failed: 0 })) =
-        state.stop
-    else {
-        panic!("{:?}", state.stop);
-    };
-    assert_eq!(points, asked);
+    let stop = json!(state.stop);
+    assert_eq!(stop["reason"], "no_better_exchange", "{stop}");
+    assert_eq!(
+        (&stop["points"], &stop["failed"]),
+        (&json!(asked), &json!(0))
+    );
     let kept: Vec<_> = state.candidates().iter().map(|c| (0, c.clone())).collect();
     let result = StepResult::of(&study, 2, &inputs.given, &kept).expect("a result");
     assert_eq!(result.candidates.len(), 2);
@@ -234,9 +213,9 @@ fn a_budget_cuts_the_search_short() {
     let next = step(&study, &state, &lost).expect("a step");
     assert_eq!((asks.len(), next.asks.len()), (3, 2));
     let end = step(&study, &next.state, &lost).expect("a step");
-    let evaluations = 5;
-    let limit = StopReason::EvaluationLimit { evaluations };
-    assert_eq!(end.done, Some(RestartStop::Optimiser(limit)));
+    let stop = json!(end.done);
+    assert_eq!(stop["reason"], "evaluation_limit", "{stop}");
+    assert_eq!(stop["evaluations"], 5);
 }
 
 #[test]
@@ -244,7 +223,7 @@ fn what_makes_no_sequence_is_refused() {
     let found = |change: &dyn Fn(&mut Value)| {
         let mut document = document();
         change(&mut document);
-        faults(&document)
+        paths(&document)
     };
     assert!(found(&|_| {}).is_empty());
     let mixed =
