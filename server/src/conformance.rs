@@ -1,17 +1,17 @@
 //! What every store must do, as one suite over [`Store`]; each back end runs it on a fresh store.
 
+mod bands;
 mod guesses;
+mod steps;
 
 use std::time::Duration;
 
 use salp_core::optimiser::AskKind;
 use salp_core::study::{EvaluationRequest, Given, Outcome, OutcomeStatus};
-use salp_protocol::{
-    Claim, ClaimRequest, StepState, StudyId, StudyState, WorkerId, WorkerIdentity,
-};
+use salp_protocol::{Claim, ClaimRequest, StudyId, StudyState, WorkerId, WorkerIdentity};
 use serde_json::json;
 
-use crate::machine::{BandAsk, Judgement, Verdict};
+use crate::machine::{Judgement, Verdict};
 use crate::store::{
     AcceptedReport, BegunStep, Claimed, Command, Commanded, Held, NewAsk, NewRestart, NewStep,
     NewStudy, Reported, RestartId, Saved, Store, Submitted,
@@ -31,10 +31,10 @@ pub async fn run(store: &dyn Store) {
     commands_follow_the_states(store).await;
     a_repeated_key_is_one_study(store).await;
     every_outcome_is_stored(store).await;
-    each_best_gets_a_band_after_all_else(store).await;
-    a_cancelled_study_asks_for_no_band(store).await;
-    steps_begin_end_and_block_once(store).await;
-    restarts_wait_and_come_back(store).await;
+    bands::each_best_gets_a_band_after_all_else(store).await;
+    bands::a_cancelled_study_asks_for_no_band(store).await;
+    steps::steps_begin_end_and_block_once(store).await;
+    steps::restarts_wait_and_come_back(store).await;
     places_come_before_age(store).await;
     guesses::guesses_fill_the_known_results_and_nothing_else(store).await;
     guesses::guesses_are_forgotten(store).await;
@@ -150,27 +150,6 @@ async fn answer(store: &dyn Store, claim: &Claim, objective: f64) -> RestartId {
     }
 }
 
-/// As [`report`], of a point that may have a band.
-fn with_band(claim: &Claim, objective: f64) -> AcceptedReport {
-    let request = EvaluationRequest {
-        second_mesh: true,
-        ..claim.request.clone()
-    };
-    let key = format!("band {objective}");
-    let mut report = report(claim, objective);
-    report.judgement.band = Some(BandAsk { request, key });
-    report
-}
-
-/// As [`report`], of a band.
-fn of_band(claim: &Claim, status: OutcomeStatus, value: Option<f64>) -> AcceptedReport {
-    let mut report = report(claim, 0.0);
-    report.outcome.status = status;
-    report.outcome.objective = value;
-    report.judgement = Judgement::WITHOUT_VALUES;
-    report
-}
-
 /// Ends a study so that the next test finds no work.
 async fn end(store: &dyn Store, study: &StudyId) {
     store.command(study, Command::Cancel).await.unwrap();
@@ -278,128 +257,6 @@ async fn every_outcome_is_stored(store: &dyn Store) {
     end(store, &study).await;
 }
 
-async fn each_best_gets_a_band_after_all_else(store: &dyn Store) {
-    let study = submit(store, "bands", &[1.0, 2.0, 3.0]).await;
-    let (first, second) = (claim(store).await, claim(store).await);
-    let mut restart = None;
-    for (claim, objective) in [(&first, 5.0), (&second, 7.0)] {
-        let stored = store.accept_result(with_band(claim, objective)).await;
-        let Reported::Stored { restart: of, .. } = stored.unwrap() else {
-            panic!("not stored");
-        };
-        restart = of;
-    }
-    let bands = |counts: salp_protocol::Counts| (counts.bands.evaluations, counts.bands.answered);
-    // 7 is no better than 5.
-    assert_eq!(bands(store.counts(&study).await.unwrap()), (1, 0));
-    // What an optimiser waits for goes first, also of a study that came later.
-    let later = submit(store, "bands-later", &[1.0]).await;
-    let claims = [claim(store).await, claim(store).await];
-    assert!(claims.iter().all(|claim| !claim.request.second_mesh));
-    let of = |id: &StudyId| claims.iter().find(|claim| claim.study == *id).unwrap();
-    end(store, &later).await;
-    store.accept_result(report(of(&later), 1.0)).await.unwrap();
-    let held = claim(store).await;
-    assert!(held.request.second_mesh);
-    assert!(store.release(&held.evaluation, held.fence).await.unwrap());
-    // While an optimiser is about to ask for more, bands wait.
-    store
-        .accept_result(with_band(of(&study), 3.0))
-        .await
-        .unwrap();
-    assert!(claim_for(store, LEASE_MS).await.is_none());
-    let batch = store.batch(restart.unwrap()).await.unwrap().unwrap();
-    assert_eq!(batch.outcomes.len(), 3);
-    // The end of a restart asks for the bands of what it may hand on: of 7 too, of 5 no second one.
-    let again = |evaluation: &Claim| BandAsk {
-        request: EvaluationRequest {
-            second_mesh: true,
-            ..evaluation.request.clone()
-        },
-        key: "band of a candidate".to_owned(),
-    };
-    let step = NewStep {
-        restart: batch.restart,
-        version: batch.version,
-        machine: json!({}),
-        summary: json!({}),
-        done: true,
-        waits: false,
-        asks: Vec::new(),
-        guesses: Vec::new(),
-        bands: vec![(0, again(&first)), (1, again(&second))],
-    };
-    store.save_step(step).await.unwrap();
-    assert!(store.end_step(&study, 0, &json!({})).await.unwrap());
-    store.finish(&study).await.unwrap();
-    let state = async || store.study(&study).await.unwrap().unwrap().state;
-    assert_eq!(state().await, StudyState::Running, "bands are out");
-    let band = claim(store).await;
-    let value = of_band(&band, OutcomeStatus::Ok, Some(4.8));
-    let stored = store.accept_result(value).await.unwrap();
-    assert!(matches!(stored, Reported::Stored { restart: None, .. }));
-    let band = claim(store).await;
-    let value = of_band(&band, OutcomeStatus::Ok, Some(2.9));
-    store.accept_result(value).await.unwrap();
-    assert_eq!(state().await, StudyState::Running, "a band is out");
-    // One whose solve fails ends the study all the same.
-    let band = claim(store).await;
-    let status = OutcomeStatus::NotConverged {
-        reason: "why".to_owned(),
-        load_fraction: 0.5,
-    };
-    store
-        .accept_result(of_band(&band, status, None))
-        .await
-        .unwrap();
-    assert_eq!(state().await, StudyState::Done);
-    let counts = store.counts(&study).await.unwrap();
-    assert_eq!(
-        (counts.evaluations, counts.answered, counts.alarms),
-        (3, 3, 0)
-    );
-    assert_eq!((counts.bands.answered, counts.bands.without_values), (3, 1));
-    let points = store.points(&study).await.unwrap();
-    let values: Vec<_> = points
-        .iter()
-        .map(|p| (p.objective, p.second_mesh))
-        .collect();
-    let expected = [
-        (Some(5.0), Some(4.8)),
-        (Some(7.0), None),
-        (Some(3.0), Some(2.9)),
-    ];
-    assert_eq!(values, expected);
-    let ledger = store.ledger(&study, 0, 10, false).await.unwrap();
-    let of: Vec<_> = ledger
-        .iter()
-        .filter_map(|row| row.band_of.as_ref())
-        .collect();
-    assert_eq!(of, [0, 2, 1].map(|k: usize| &points[k].evaluation));
-    assert!(
-        ledger
-            .iter()
-            .all(|row| (row.kind == "band") == row.band_of.is_some())
-    );
-    assert_eq!(
-        store.bests(&study).await.unwrap()[0].outcome.objective,
-        Some(3.0)
-    );
-}
-
-async fn a_cancelled_study_asks_for_no_band(store: &dyn Store) {
-    let study = submit(store, "bands-cancelled", &[1.0, 2.0]).await;
-    let first = claim(store).await;
-    store.accept_result(with_band(&first, 5.0)).await.unwrap();
-    end(store, &study).await;
-    assert!(claim_for(store, LEASE_MS).await.is_none());
-    let view = store.study(&study).await.unwrap().unwrap();
-    assert_eq!(view.state, StudyState::Cancelled);
-    let ledger = store.ledger(&study, 0, 10, false).await.unwrap();
-    let band = ledger.iter().find(|row| row.band_of.is_some()).unwrap();
-    assert_eq!(band.status, "withdrawn");
-}
-
 async fn expired_leases_are_claimed_again_up_to_the_cap(store: &dyn Store) {
     let study = submit(store, "expired", &[1.0]).await;
     let mut last = None;
@@ -478,155 +335,6 @@ async fn a_batch_is_stepped_once_and_in_its_order(store: &dyn Store) {
     assert_eq!(view.state, StudyState::Done);
     let best = &store.bests(&study).await.unwrap()[0];
     assert_eq!(best.outcome.objective, Some(10.0));
-}
-
-/// A study of three steps: the second begins after the first, the third is given up.
-async fn steps_begin_end_and_block_once(store: &dyn Store) {
-    let study = StudyId("steps".to_owned());
-    let new = NewStudy {
-        id: study.clone(),
-        name: "steps".to_owned(),
-        document: json!({}),
-        fingerprint: "f".to_owned(),
-        steps: 3,
-        mixed_hardware: false,
-        idempotency_key: None,
-        body_sha256: "b".to_owned(),
-        begun: vec![begun(0, &[1.0])],
-    };
-    assert_eq!(store.submit(new).await.unwrap(), Submitted::Created);
-    let states = async || {
-        let steps = store.steps(&study).await.unwrap();
-        steps.iter().map(|s| s.state).collect::<Vec<_>>()
-    };
-    let result = json!({ "candidates": [] });
-    let end = async |objective| {
-        let claim = claim(store).await;
-        let restart = answer(store, &claim, objective).await;
-        let batch = store.batch(restart).await.unwrap().expect("complete");
-        let step = NewStep {
-            restart,
-            version: batch.version,
-            machine: json!({ "batch": 1 }),
-            summary: json!({}),
-            done: true,
-            waits: false,
-            asks: Vec::new(),
-            guesses: Vec::new(),
-            bands: Vec::new(),
-        };
-        store.save_step(step).await.unwrap()
-    };
-    assert_eq!(
-        states().await,
-        [StepState::Running, StepState::Waiting, StepState::Waiting]
-    );
-    // Not before its restarts have ended, and only once.
-    assert_eq!(store.ended_restarts(&study, 0).await.unwrap(), None);
-    assert!(!store.end_step(&study, 0, &result).await.unwrap());
-    assert_eq!(end(1.0).await, Saved::Yes { step_ended: true });
-    let ended = store.ended_restarts(&study, 0).await.unwrap();
-    assert_eq!(ended, Some(vec![(0, json!({ "batch": 1 }))]));
-    assert!(store.end_step(&study, 0, &result).await.unwrap());
-    assert!(!store.end_step(&study, 0, &result).await.unwrap());
-    store.finish(&study).await.unwrap();
-    assert!(store.under_way().await.unwrap().contains(&study));
-    assert!(store.begin_step(&study, begun(1, &[2.0])).await.unwrap());
-    assert!(!store.begin_step(&study, begun(1, &[2.0])).await.unwrap());
-    assert!(!store.block_step(&study, 1, "why").await.unwrap());
-    assert!(
-        store
-            .block_step(&study, 2, "nothing was found")
-            .await
-            .unwrap()
-    );
-    assert!(!store.begin_step(&study, begun(2, &[3.0])).await.unwrap());
-    assert_eq!(end(2.0).await, Saved::Yes { step_ended: true });
-    assert!(store.end_step(&study, 1, &result).await.unwrap());
-    store.finish(&study).await.unwrap();
-    assert_eq!(
-        states().await,
-        [StepState::Done, StepState::Done, StepState::Blocked]
-    );
-    let steps = store.steps(&study).await.unwrap();
-    assert_eq!(steps[1].inputs, Some(json!({ "of": 1 })));
-    assert_eq!(steps[0].result, Some(result));
-    let view = store.study(&study).await.unwrap().expect("stored");
-    assert_eq!(view.state, StudyState::Failed);
-    assert_eq!(view.failure.as_deref(), Some("nothing was found"));
-    assert!(!store.under_way().await.unwrap().contains(&study));
-}
-
-/// One that waits is not stepped; one that is done is brought back once, with its step and its study.
-async fn restarts_wait_and_come_back(store: &dyn Store) {
-    let study = submit(store, "waits", &[1.0]).await;
-    let first = claim(store).await;
-    let restart = answer(store, &first, 10.0).await;
-    assert!(store.idle(restart).await.unwrap().is_none());
-    let step = |version, done, waits, asks: Vec<NewAsk>| NewStep {
-        restart,
-        version,
-        machine: json!({ "version": version + 1 }),
-        summary: json!({ "race": version + 1 }),
-        done,
-        waits,
-        asks,
-        guesses: Vec::new(),
-        bands: Vec::new(),
-    };
-    let saved = store.save_step(step(0, false, true, Vec::new())).await;
-    assert_eq!(saved.unwrap(), Saved::Yes { step_ended: false });
-    assert!(store.batch(restart).await.unwrap().is_none());
-    assert!(!store.unstepped().await.unwrap().contains(&restart));
-    let idle = store.idle(restart).await.unwrap().expect("it waits");
-    assert_eq!((idle.version, idle.machine), (1, json!({ "version": 1 })));
-    let stored = &store.restarts(&study).await.unwrap()[0];
-    assert!(stored.waits && !stored.done);
-    assert_eq!(store.ended_restarts(&study, 0).await.unwrap(), None);
-    assert!(
-        !store
-            .reopen(step(1, false, false, vec![ask(2.0)]), &[])
-            .await
-            .unwrap()
-    );
-    store
-        .save_step(step(1, true, false, Vec::new()))
-        .await
-        .unwrap();
-    assert!(store.end_step(&study, 0, &json!({})).await.unwrap());
-    store.finish(&study).await.unwrap();
-    let state = async || store.study(&study).await.unwrap().expect("stored").state;
-    assert_eq!(state().await, StudyState::Done);
-    assert!(store.idle(restart).await.unwrap().is_some());
-    let back = step(2, false, false, vec![ask(2.0)]);
-    assert!(
-        !store.reopen(back.clone(), &[0]).await.unwrap(),
-        "step 0 has begun"
-    );
-    assert!(store.reopen(back.clone(), &[]).await.unwrap());
-    assert!(!store.reopen(back, &[]).await.unwrap());
-    assert_eq!(state().await, StudyState::Running);
-    let view = &store.steps(&study).await.unwrap()[0];
-    assert_eq!((view.state, &view.result), (StepState::Running, &None));
-    let second = claim(store).await;
-    assert_eq!(second.request.x, [2.0]);
-    answer(store, &second, 5.0).await;
-    assert!(store.batch(restart).await.unwrap().is_some());
-    store
-        .save_step(step(3, true, false, Vec::new()))
-        .await
-        .unwrap();
-    assert!(store.end_step(&study, 0, &json!({})).await.unwrap());
-    store.finish(&study).await.unwrap();
-    assert_eq!(state().await, StudyState::Done);
-    let cancelled = submit(store, "waits-not", &[1.0]).await;
-    end(store, &cancelled).await;
-    let restart = store.restarts(&cancelled).await.unwrap()[0].id;
-    let back = NewStep {
-        restart,
-        ..step(0, false, false, Vec::new())
-    };
-    assert!(!store.reopen(back, &[]).await.unwrap());
 }
 
 async fn places_come_before_age(store: &dyn Store) {

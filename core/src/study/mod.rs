@@ -6,6 +6,7 @@ mod design;
 mod error;
 mod fidelity;
 mod fingerprint;
+mod model;
 mod preset;
 pub mod race;
 mod read;

@@ -2,6 +2,7 @@
 
 mod direct;
 mod documents;
+mod faults;
 mod layouts;
 mod machine;
 mod racing;

@@ -6,7 +6,9 @@ use salp_protocol::{StudyId, StudyState};
 use serde_json::json;
 
 use super::{
-    ATTEMPTS, LEASE_MS, ask, begun, claim, claim_for, end, of_band, report, submit, wish, with_band,
+    ATTEMPTS, LEASE_MS, ask,
+    bands::{of_band, with_band},
+    begun, claim, claim_for, end, report, submit, wish,
 };
 use crate::store::{
     Batch, Claimed, NewAsk, NewStep, NewStudy, Reported, RestartId, Saved, Store, Submitted,

@@ -15,6 +15,7 @@
 //!   where steps fail however short, the variable that moves most is held for some iterations.
 //! - *No step to be had* from an infeasible iterate: the violations alone are minimised until it is feasible.
 
+mod closing;
 mod frame;
 mod hessian;
 mod merit;

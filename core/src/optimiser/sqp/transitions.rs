@@ -1,17 +1,16 @@
 //! What an answer leads to, phase by phase.
 
 use super::{
-    Departure, Phase, Place, Sqp, Trial,
+    Phase, Place, Sqp, Trial,
     hessian::Hessian,
     quadratic::{Quadratic, Solution},
 };
 use crate::optimiser::{
     contract::Told,
     linearisation::Next,
-    options::GradientSource,
     point::Point,
     rows::{self, Gradient},
-    stop::{StopReason, UNBOUNDED},
+    stop::StopReason,
     vector::{dot, largest},
 };
 
@@ -19,10 +18,6 @@ use crate::optimiser::{
 pub(super) const FARTHEST: f64 = 1.0;
 /// Step, in the variables' ranges, that the first matrix would allow the steepest of them.
 const NEARLY_LINEAR: f64 = 100.0;
-/// Small changes end a run only where what is left of first-order conditions is below this; else B is renewed, at most so
-/// often.
-const DOUBTFUL: f64 = 0.02;
-const MOST_RENEWALS: usize = 2;
 /// A step may lead no farther out of the feasible region than this, or than it began.
 const BAND: f64 = 0.5;
 /// Part of the merit's slope that a step must bring.
@@ -37,7 +32,7 @@ const MOST_FAILED: usize = 6;
 /// After a failure a variable may go half as far as it went, but at least this part of what the farthest one went.
 const LEAST_SHARE: f64 = 0.05;
 /// Growth of a reach after an accepted trial.
-const RECOVERY: f64 = 2.0;
+pub(super) const RECOVERY: f64 = 2.0;
 /// Iterations for which a variable stopped by failed evaluations is held, and how many such stops end a run.
 const HELD_FOR: usize = 5;
 const MOST_JAMS: usize = 10;
@@ -282,7 +277,7 @@ impl Sqp {
             self.phase = Phase::Done(StopReason::Blocked { directions: failed });
         } else {
             let residual = self.stationarity(local, iterate, solution);
-            if residual > DOUBTFUL && self.renewals < MOST_RENEWALS {
+            if self.doubtful(residual) {
                 self.renew();
                 self.held.clear();
                 self.reach.fill(self.options.first_move);
@@ -294,7 +289,7 @@ impl Sqp {
     }
 
     /// From here on violations alone count, until the iterate is feasible.
-    fn restore(&mut self) {
+    pub(super) fn restore(&mut self) {
         self.merit.restoring = true;
         self.hessian = None;
         self.learnt = false;
@@ -502,132 +497,5 @@ impl Sqp {
         }
         self.here.boundary = true;
         self.open_step();
-    }
-
-    /// Moves to the accepted point, tests the stop rules, and opens the next iteration.
-    fn close_iteration(&mut self, accepted: Option<(Point, Option<Gradient>)>, trial: &Trial) {
-        let (Some(from), Some(gradient)) = (self.here.iterate.clone(), &self.here.gradient) else {
-            return;
-        };
-        self.here.iteration += 1;
-        let moved = accepted.is_some();
-        if let Some((point, next_gradient)) = accepted {
-            let multipliers: Vec<(usize, f64)> = if self.merit.restoring {
-                Vec::new()
-            } else {
-                let rows = trial.multipliers.iter().copied().enumerate();
-                rows.filter(|(_, multiplier)| *multiplier > 0.0).collect()
-            };
-            self.departure = (!self.merit.restoring).then(|| Departure {
-                x: from.x.clone(),
-                lagrangian: gradient.lagrangian(&self.here.problem, &multipliers),
-                multipliers,
-            });
-            self.here.move_to(point, next_gradient);
-            for reach in &mut self.reach {
-                *reach = (RECOVERY * *reach).min(FARTHEST);
-            }
-            self.stuck = 0;
-            self.jams = 0;
-        } else {
-            self.stuck += 1;
-            self.hessian = None;
-            self.learnt = false;
-            self.merit.penalties.fill(0.0);
-        }
-        let Some(to) = self.here.iterate.clone() else {
-            return;
-        };
-        if to.violation <= self.options.descent.violation_tolerance {
-            if self.merit.restoring {
-                self.merit.restoring = false;
-                self.hessian = None;
-            }
-        } else if self.stuck >= 2 {
-            if self.merit.restoring {
-                self.phase = Phase::Done(StopReason::NoFeasibleDesign {
-                    iterations: self.infeasible,
-                    violation: to.violation,
-                });
-                return;
-            }
-            self.restore();
-        }
-        let whole = !moved || (trial.part == 1.0 && trial.failed == 0);
-        if let Some(reason) = self.reason_to_stop(&from, &to, moved, whole) {
-            self.phase = Phase::Done(reason);
-        } else {
-            let next = self.here.open(&self.options.descent);
-            self.follow(next);
-        }
-    }
-
-    /// Whether the iteration was the last; small changes count only after `whole` steps.
-    fn reason_to_stop(
-        &mut self,
-        from: &Point,
-        to: &Point,
-        moved: bool,
-        whole: bool,
-    ) -> Option<StopReason> {
-        let options = &self.options;
-        if to.objective < UNBOUNDED {
-            return Some(StopReason::Unbounded {
-                objective: to.objective,
-            });
-        }
-        if to.violation > options.descent.violation_tolerance {
-            self.infeasible += 1;
-            if self.infeasible >= options.descent.infeasible_iterations {
-                return Some(StopReason::NoFeasibleDesign {
-                    iterations: self.infeasible,
-                    violation: to.violation,
-                });
-            }
-        } else {
-            self.infeasible = 0;
-        }
-        let common = &options.descent;
-        let cost = self.here.cost(common);
-        let ahead = match common.gradient {
-            GradientSource::Differences => 1 + self.frame.len(),
-            GradientSource::Model => 2,
-        };
-        let reason = self.here.convergence.close(
-            &common.rules(),
-            from,
-            to,
-            self.here.iteration,
-            [cost, ahead],
-        );
-        let limit = (self.here.iteration >= self.options.descent.max_iterations).then_some(
-            StopReason::IterationLimit {
-                iterations: self.here.iteration,
-            },
-        );
-        match reason {
-            Some(StopReason::Stall { .. }) => return reason,
-            Some(_) if whole && moved && self.doubtful() => self.renew(),
-            Some(_) if whole => return reason,
-            _ => {}
-        }
-        if !whole {
-            self.here.convergence.doubt();
-        }
-        limit
-    }
-
-    /// Whether small changes may be due to a matrix that is far too stiff.
-    fn doubtful(&self) -> bool {
-        self.residual > DOUBTFUL && self.renewals < MOST_RENEWALS
-    }
-
-    /// Begins anew with the matrix.
-    fn renew(&mut self) {
-        self.renewals += 1;
-        self.hessian = None;
-        self.learnt = false;
-        self.departure = None;
-        self.here.convergence.doubt();
     }
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::without_gradients::{reborn, values};
+use super::resume::reborn;
+use super::without_gradients::values;
 use crate::optimiser::{
     Exchange, ExchangeOptions, OptimiserOptions, Problem, StartError, StopReason, Told, start, step,
 };

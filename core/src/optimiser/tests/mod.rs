@@ -10,6 +10,7 @@ mod growth;
 mod odd;
 mod resume;
 mod run;
+mod screening;
 mod speculation;
 mod time;
 mod without_gradients;

@@ -15,7 +15,7 @@ fn bits(asks: &[Ask]) -> Vec<(AskKind, bool, usize, Vec<u64>)> {
     asks.iter().map(one).collect()
 }
 
-fn reborn(state: &OptimiserState) -> OptimiserState {
+pub(super) fn reborn(state: &OptimiserState) -> OptimiserState {
     let text = serde_json::to_string(state).expect("a state that can be written");
     let read: OptimiserState = serde_json::from_str(&text).expect("a state that can be read");
     assert_eq!(&read, state);
