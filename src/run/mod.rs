@@ -4,6 +4,7 @@
 pub mod active;
 mod coordinator;
 pub mod document;
+mod finer;
 mod folder;
 mod optima;
 mod page;

@@ -12,6 +12,7 @@ use salp_protocol::{Best, EvaluationRow, csv};
 use serde_json::{Value, json};
 
 use super::document::Results;
+use super::finer;
 use super::optima;
 use super::page::Page;
 use super::steps;
@@ -76,25 +77,26 @@ pub fn write(
                     ),
                 );
             }
-            if let Some((scene, plan_base)) = winner::scene(study, results, step, best) {
-                caption = Numbers::of_study(study, &scene).lines();
+            if let Some(evaluated) = winner::evaluated(study, results, step, best) {
+                let scene = &evaluated.scene;
+                caption = Numbers::of_study(study, scene).lines();
                 caption.push(limits(study, step));
-                summary["numbers"] = Numbers::of_study(study, &scene).document();
+                summary["numbers"] = Numbers::of_study(study, scene).document();
                 write_file(&at("best.json"), &pretty(&scene.document()))?;
-                let plan = plan_base.and_then(|base| study.mesh_plan(step, &base).ok().flatten());
-                let best = Winner::solve(
+                let plan = evaluated.plan(study, step);
+                let winner = Winner::solve(
                     &format!("{}: best design", study.name),
-                    &scene,
+                    scene,
                     plan.as_ref(),
                     &caption,
                 )?;
-                write_file(&at("best.svg"), &best.svg)?;
-                page.figure("The best design", &best.svg);
-                lines.extend(best.lines());
-                lines.extend(of_winner(results, step, goal, &best, &mut summary));
+                write_file(&at("best.svg"), &winner.svg)?;
+                page.figure("The best design", &winner.svg);
+                lines.extend(winner.lines());
+                lines.extend(of_winner(results, step, goal, &winner, &mut summary));
                 if settings.numerical_error {
                     let error =
-                        numerical_error(&scene, plan.as_ref(), &best.answer, settings.threads)?;
+                        numerical_error(scene, plan.as_ref(), &winner.answer, settings.threads)?;
                     lines.extend(numerical_error::lines(&error));
                     summary["numerical_error"] = json!(error);
                     document["numerical_error"] = json!(error);
@@ -103,10 +105,18 @@ pub fn write(
                         "numerical error beyond the band: not computed (--numerical-error)".into(),
                     );
                 }
-                let beside = companions::solve(&scene, plan.as_ref(), settings.threads)?;
-                lines.extend(companions::lines(&best.answer, &beside));
+                let (finer, beside) = std::thread::scope(|scope| {
+                    let finer = scope.spawn(|| finer::solve(study, step, best, &evaluated));
+                    let threads = settings.threads.saturating_sub(1).max(1);
+                    let beside = companions::solve(scene, plan.as_ref(), threads);
+                    (finer.join().ok().flatten(), beside)
+                });
+                let beside = beside?;
+                lines.extend(finer.as_ref().map(|f| f.line(goal.map_or("", Goal::unit))));
+                lines.extend(companions::lines(&winner.answer, &beside));
+                summary["finer_elements"] = json!(finer);
                 summary["companions"] = json!(beside);
-                summary["enclosed_area_mm2"] = json!(best.answer.enclosed_area_mm2);
+                summary["enclosed_area_mm2"] = json!(winner.answer.enclosed_area_mm2);
             } else {
                 write_file(
                     &at("best.json"),

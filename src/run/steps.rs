@@ -286,17 +286,18 @@ fn figure(
     if study.steps[step].model.reduced().is_some() {
         return Ok(reduced(study, step, &best.x));
     }
-    let Some((scene, plan_base)) = winner::scene(study, results, step, best) else {
+    let Some(evaluated) = winner::evaluated(study, results, step, best) else {
         return Ok(None);
     };
+    let scene = &evaluated.scene;
     let file = folder.join(format!("steps/{}.json", study.steps[step].id));
     let pretty = serde_json::to_string_pretty(&scene.document()).unwrap_or_default();
     write_file(&file, &pretty)?;
-    let plan = plan_base.and_then(|base| study.mesh_plan(step, &base).ok().flatten());
-    let caption = Numbers::of_study(study, &scene).lines();
+    let plan = evaluated.plan(study, step);
+    let caption = Numbers::of_study(study, scene).lines();
     let title = format!("{}, step {}", study.name, study.steps[step].id);
     Ok(Some(
-        Winner::solve(&title, &scene, plan.as_ref(), &caption)?.svg,
+        Winner::solve(&title, scene, plan.as_ref(), &caption)?.svg,
     ))
 }
 

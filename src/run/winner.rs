@@ -15,13 +15,25 @@ use crate::sensitivities;
 use crate::shape::picture;
 use crate::stopwatch::Stopwatch;
 
-/// The scene of the best design, and the design of its mesh plan; `None` for programs.
-pub fn scene(
-    study: &Study,
-    results: &Results,
-    step: usize,
-    best: &Best,
-) -> Option<(Scene, Option<Vec<f64>>)> {
+/// The best design as it was evaluated.
+pub struct Evaluated {
+    /// Its scene.
+    pub scene: Scene,
+    /// The design of its mesh plan.
+    pub plan_base: Option<Vec<f64>>,
+    /// The sense in which its area counts.
+    pub orientation: Option<Orientation>,
+}
+
+impl Evaluated {
+    /// Its mesh plan.
+    pub fn plan(&self, study: &Study, step: usize) -> Option<MeshPlan> {
+        study.mesh_plan(step, self.plan_base.as_deref()?).ok()?
+    }
+}
+
+/// The best design as it was evaluated; `None` for programs.
+pub fn evaluated(study: &Study, results: &Results, step: usize, best: &Best) -> Option<Evaluated> {
     let restart = results
         .restarts
         .iter()
@@ -36,8 +48,11 @@ pub fn scene(
     let orientation: Option<Orientation> =
         serde_json::from_value(said("/best/orientation")).ok()?;
     let plan_base: Option<Vec<f64>> = serde_json::from_value(said("/best/plan_base")).ok()?;
-    let scene = study.scene(step, &best.x, orientation).ok()?;
-    Some((scene, plan_base))
+    Some(Evaluated {
+        scene: study.scene(step, &best.x, orientation).ok()?,
+        plan_base,
+        orientation,
+    })
 }
 
 /// The best design's answer and picture.

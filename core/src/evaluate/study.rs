@@ -254,14 +254,14 @@ fn plan(study: &Study, request: &EvaluationRequest) -> Result<Option<MeshPlan>, 
         None => None,
     };
     let share = request.fidelity.map(|fidelity| fidelity.mesh);
-    if !request.second_mesh && share.is_none_or(|share| share >= 1.0) {
+    if !request.second_mesh && share.is_none_or(|share| share == 1.0) {
         return Ok(plan);
     }
     // Where the base has no plan, the design has its own.
     let own = || study.mesh_plan(request.step, &request.x).transpose();
     let mut plan = plan.map(Ok).or_else(own).transpose()?;
     if let Some(share) = share {
-        plan = plan.map(|plan| plan.coarsened(share));
+        plan = plan.map(|plan| plan.with_share(share));
     }
     Ok(if request.second_mesh {
         plan.as_ref().map(MeshPlan::halved)

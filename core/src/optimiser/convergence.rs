@@ -28,6 +28,9 @@ pub(super) struct Convergence {
     small_relative: usize,
     /// Cost and iteration at which each new best feasible objective was met.
     progress: Vec<(usize, usize, f64)>,
+    /// While an answer is taken: whether it comes from another mesh than the values at the iterate.
+    #[serde(skip)]
+    pub on_another_mesh: bool,
 }
 
 impl Convergence {
@@ -37,6 +40,7 @@ impl Convergence {
             small_absolute: 0,
             small_relative: 0,
             progress: Vec::new(),
+            on_another_mesh: false,
         }
     }
 
@@ -91,6 +95,9 @@ impl Convergence {
         iteration: usize,
         [cost, ahead]: [usize; 2],
     ) -> Option<StopReason> {
+        if self.on_another_mesh && from.x != to.x {
+            return None;
+        }
         if to.violation > rules.violation_tolerance {
             self.small_absolute = 0;
             self.small_relative = 0;

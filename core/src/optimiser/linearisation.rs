@@ -294,7 +294,12 @@ impl Linearisation {
     }
 
     /// Moves to a point; the iterate becomes the one before.
-    pub fn move_to(&mut self, point: Point, gradient: Option<Gradient>) {
+    pub fn move_to(&mut self, point: Point, gradient: Option<Gradient>, options: &DescentOptions) {
+        if self.convergence.on_another_mesh {
+            self.best = None;
+            self.convergence.forget_values();
+            self.note(&point, options);
+        }
         self.x.clone_from(&point.x);
         self.previous = self.iterate.replace(point);
         self.gradient = gradient;

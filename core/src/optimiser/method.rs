@@ -21,6 +21,12 @@ pub(super) trait Method {
     /// Takes the answers to the pending asks, in their order. A finished run stays finished.
     fn tell(&mut self, told: &[Told]);
 
+    /// Takes the answer to the one point that is out, which comes from another mesh than the values at the iterate. Points
+    /// that are each for themselves have no other.
+    fn tell_of_another_mesh(&mut self, told: &[Told]) {
+        self.tell(told);
+    }
+
     /// Asks for the iterate again and forgets what rests on its old values. Points that are each for themselves need none
     /// of it.
     fn rebase(&mut self) {}

@@ -49,6 +49,6 @@ pub use problem::{Problem, StartError};
 pub use random_search::RandomSearch;
 pub use speculate::speculate;
 pub use sqp::{Sqp, SqpOptions};
-pub use state::{OptimiserState, Step, rebase, screen, start, step};
+pub use state::{OptimiserState, Step, rebase, screen, start, step, step_on_another_mesh};
 pub use stop::StopReason;
 pub use sweep::Sweep;

@@ -96,6 +96,13 @@ pub fn step(state: &OptimiserState, told: &[Told]) -> Step {
     moved(state, |method| method.tell(told))
 }
 
+/// As [`step`], where the one point that is out was evaluated on another mesh than the iterate. It is compared with the
+/// iterate all the same, which is meant for far points: their values differ by more than meshes do. Where it becomes the
+/// iterate, the best point and the stop tests begin anew with it, so that none spans the change.
+pub fn step_on_another_mesh(state: &OptimiserState, told: &[Told]) -> Step {
+    moved(state, |method| method.tell_of_another_mesh(told))
+}
+
 /// Asks for the iterate again because the model's values have changed their meaning (a new mesh plan), and forgets what
 /// rests on the old ones: the best point, conjugacy, counts of consecutive small changes, so that no stop test spans the
 /// change. Step lengths, scales and learnt curvature stay: they only guess at the next step. What was asked before is

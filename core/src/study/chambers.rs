@@ -75,6 +75,20 @@ impl Study {
         Ok(MeshPlan::choose(&actuator, element, model.mesh().size()).ok())
     }
 
+    /// Whether a corner of one design is so far from that of another that the second may have a mesh plan of its own.
+    pub(super) fn is_far(&self, step: usize, from: &[f64], to: &[f64]) -> Result<bool, StudyError> {
+        let (body, _, _) = self.chambers(step)?;
+        let [w, h] = body.actuator.unit_mm;
+        let from = self.corners(step, from)?;
+        let moved = self
+            .corners(step, to)?
+            .iter()
+            .zip(&from)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        Ok(moved > PLAN_REACH * w.min(h))
+    }
+
     /// Whether the plan of the base may stay in use for an iterate: it gives the same element counts, or no corner has
     /// moved far from the base, or the iterate has no plan of its own. Without the second clause nearly every iteration
     /// would change the plan (counts change about every 3 % of the way through the boxes), and no run would ever settle.
@@ -84,16 +98,7 @@ impl Study {
         plan_base: &[f64],
         iterate: &[f64],
     ) -> Result<bool, StudyError> {
-        let (body, _, _) = self.chambers(step)?;
-        let [w, h] = body.actuator.unit_mm;
-        let base = self.corners(step, plan_base)?;
-        let moved = self
-            .corners(step, iterate)?
-            .iter()
-            .zip(&base)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
-        if moved <= PLAN_REACH * w.min(h) {
+        if !self.is_far(step, plan_base, iterate)? {
             return Ok(true);
         }
         Ok(

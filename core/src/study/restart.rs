@@ -7,12 +7,14 @@
 //! A state is a plain record: stored as JSON and read back it goes on bit by bit. Outcomes are told in the order of the
 //! requests; who evaluated them, and when, has no influence.
 //!
-//! *Mesh plan.* The element counts of all evaluations come from one design, the plan base. After each iteration of the
-//! optimiser the iterate's own plan is looked at; where its counts differ and the iterate is some way from the base, or
-//! where the plan could not follow a trial, the iterate becomes the base and is evaluated again (kind `Replan`), and the
-//! optimiser restarts its memories. Should that evaluation fail, the run goes on with the plan that it had.
+//! *Mesh plan.* The element counts of an evaluation come from one design, the plan base. A trial so far from the iterate that
+//! its acceptance would change the base has its own plan, and becomes the base if it becomes the iterate. After each
+//! iteration of the optimiser the iterate's own plan is looked at; where its counts differ and many short steps have led
+//! some way from the base, or where the plan could not follow a trial, the iterate becomes the base and is evaluated again
+//! (kind `Replan`), and the optimiser restarts its memories. Should that evaluation fail, the run goes on with the plan that it had.
 
 mod gate;
+mod plan;
 mod speculation;
 
 pub use gate::{pass, resume};
@@ -67,6 +69,9 @@ pub struct RestartState {
     pub(super) racing: Option<Box<gate::Racing>>,
     /// Whether the present plan failed to follow a design since the last look at it.
     plan_failed: bool,
+    /// Far trials since the last change of plan, each evaluated on its own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    on_own_plan: Vec<Vec<f64>>,
     /// The run and the plan base before the change of plan that is being evaluated.
     before_replan: Option<Box<BeforeReplan>>,
 }
@@ -219,6 +224,7 @@ pub fn begin(
         history_sha256: empty_history(),
         racing: gate::Racing::open(step, spec),
         plan_failed: false,
+        on_own_plan: Vec::new(),
         before_replan: None,
     };
     let asks = state.screened(study)?.unwrap_or(asks);
@@ -300,7 +306,9 @@ impl RestartState {
                 &HistoryEntry::new(self.spec.index, &request, &outcome),
             );
             told.push(outcome.told());
-            self.plan_failed |= matches!(outcome.status, OutcomeStatus::InfeasibleGeometry { .. });
+            self.note_plan(&request);
+            self.plan_failed |= request.plan_base == self.plan_base
+                && matches!(outcome.status, OutcomeStatus::InfeasibleGeometry { .. });
             let violation = problem.violation(&outcome.constraints);
             self.note_merit(step, &request, &outcome, violation);
             if let Some(objective) = outcome.objective
@@ -341,8 +349,9 @@ impl RestartState {
                 self.optimiser.asks()
             }
             was_replanned => {
-                let next = optimiser::step(&self.optimiser, told);
+                let next = self.tell_optimiser(told);
                 self.optimiser = next.state;
+                self.follow_iterate();
                 if self.comes_to_gate(study)? {
                     return Ok(());
                 }
@@ -402,34 +411,6 @@ impl RestartState {
         Ok(Some(next.asks))
     }
 
-    /// Between two iterations: makes the iterate the plan's base if the present plan no longer serves.
-    fn replan(&mut self, study: &Study) -> Result<Option<Vec<Ask>>, StudyError> {
-        if !self.optimiser.at_iteration_boundary() {
-            return Ok(None);
-        }
-        let failed = std::mem::take(&mut self.plan_failed);
-        let (Some(base), Some(iterate)) = (&self.plan_base, self.optimiser.iterate()) else {
-            return Ok(None);
-        };
-        let serves = if failed {
-            *base == iterate.x
-        } else {
-            study.plan_serves(self.spec.step, base, &iterate.x)?
-        };
-        if serves {
-            return Ok(None);
-        }
-        let iterate = iterate.x.clone();
-        let rebased = optimiser::rebase(&self.optimiser);
-        let before = BeforeReplan {
-            optimiser: std::mem::replace(&mut self.optimiser, rebased.state),
-            plan_base: self.plan_base.replace(iterate),
-        };
-        self.before_replan = Some(Box::new(before));
-        self.replans += 1;
-        Ok(Some(rebased.asks))
-    }
-
     fn requests(
         &self,
         study: &Study,
@@ -438,19 +419,22 @@ impl RestartState {
         let model = &study.step(self.spec.step)?.model;
         let meshed = model.finite_elements().is_some();
         let fidelity = self.fidelity(study)?;
-        let request = |ask: Ask| EvaluationRequest {
-            step: self.spec.step,
-            kind: ask.kind,
-            iteration: ask.iteration,
-            plan_base: meshed.then(|| self.plan_base.clone().unwrap_or_else(|| ask.x.clone())),
-            x: ask.x,
-            want_gradient: ask.want_gradient,
-            orientation: self.spec.orientation,
-            second_mesh: false,
-            fidelity,
-            given: self.spec.given.clone(),
+        let request = |ask: Ask| {
+            let plan_base = meshed.then(|| self.plan_for(study, &ask)).transpose()?;
+            Ok(EvaluationRequest {
+                step: self.spec.step,
+                kind: ask.kind,
+                iteration: ask.iteration,
+                plan_base,
+                x: ask.x,
+                want_gradient: ask.want_gradient,
+                orientation: self.spec.orientation,
+                second_mesh: false,
+                fidelity,
+                given: self.spec.given.clone(),
+            })
         };
-        Ok(asks.into_iter().map(request).collect())
+        asks.into_iter().map(request).collect()
     }
 }
 

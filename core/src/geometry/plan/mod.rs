@@ -171,9 +171,9 @@ impl MeshPlan {
         self.cut(|elements| elements.div_ceil(2))
     }
 
-    /// The plan with this share of its elements across every strip, rounded up.
+    /// The plan with this share of its elements across every strip, rounded up; above 1 there are more of them.
     #[must_use]
-    pub fn coarsened(&self, share: f64) -> Self {
+    pub fn with_share(&self, share: f64) -> Self {
         self.cut(|elements| (elements as f64 * share).ceil() as usize)
     }
 

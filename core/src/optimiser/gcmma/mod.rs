@@ -118,6 +118,12 @@ impl Method for Gcmma {
         }
     }
 
+    fn tell_of_another_mesh(&mut self, told: &[Told]) {
+        self.here.convergence.on_another_mesh = true;
+        self.tell(told);
+        self.here.convergence.on_another_mesh = false;
+    }
+
     /// Asks for the iterate again and forgets what its old values had taught. Asymptotes and reaches stay: they rest on
     /// where the iterates were. So do the values before, moved by as much as the iterate's will have changed: they only
     /// guess at the first rho.

@@ -293,7 +293,7 @@ impl Gcmma {
         self.here.iteration += 1;
         if let Some((point, gradient)) = accepted {
             self.asymptotes.moved(&from.x, &point.x);
-            self.here.move_to(point, gradient);
+            self.here.move_to(point, gradient, &self.options.descent);
         } else {
             self.asymptotes.stuck();
         }

@@ -151,6 +151,12 @@ impl Method for Mmfd {
         }
     }
 
+    fn tell_of_another_mesh(&mut self, told: &[Told]) {
+        self.here.convergence.on_another_mesh = true;
+        self.tell(told);
+        self.here.convergence.on_another_mesh = false;
+    }
+
     /// Asks for the iterate again and forgets what its old values had taught. Scales, step lengths and curvature stay:
     /// they are guesses at the next step, which no conclusion rests on.
     fn rebase(&mut self) {

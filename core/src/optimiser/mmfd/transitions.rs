@@ -143,7 +143,8 @@ impl Mmfd {
                 lagrangian: gradient.lagrangian(&self.here.problem, &tangent),
                 tangent,
             });
-            self.here.move_to(sample.point, sample.gradient);
+            self.here
+                .move_to(sample.point, sample.gradient, &self.options.descent);
         }
         let Some(to) = &self.here.iterate else { return };
         let reason = if moved || search.failures == 0 {

@@ -40,7 +40,8 @@ impl Sqp {
                 lagrangian: gradient.lagrangian(&self.here.problem, &multipliers),
                 multipliers,
             });
-            self.here.move_to(point, next_gradient);
+            self.here
+                .move_to(point, next_gradient, &self.options.descent);
             for reach in &mut self.reach {
                 *reach = (RECOVERY * *reach).min(FARTHEST);
             }

@@ -180,6 +180,12 @@ impl Method for Sqp {
         }
     }
 
+    fn tell_of_another_mesh(&mut self, told: &[Told]) {
+        self.here.convergence.on_another_mesh = true;
+        self.tell(told);
+        self.here.convergence.on_another_mesh = false;
+    }
+
     /// Asks for the iterate again and forgets what its old values had taught. B, penalties and reaches stay: they are
     /// guesses at the next step, which no conclusion rests on.
     fn rebase(&mut self) {

@@ -439,7 +439,7 @@ impl Sqp {
                 if point.violation <= self.options.descent.violation_tolerance
                     && point.objective < iterate.objective - least =>
             {
-                self.here.move_to(point, gradient);
+                self.here.move_to(point, gradient, &self.options.descent);
                 self.here.iteration += 1;
                 let next = self.here.open(&self.options.descent);
                 self.follow(next);

@@ -49,7 +49,7 @@ pub struct Rung {
     pub load_steps_per_leg: Option<usize>,
 }
 
-/// A fidelity below the study's own.
+/// A fidelity other than the study's own: below it on the rungs of a race, above it where a winner is looked at again.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fidelity {
     /// Elements each way over those of the study.

@@ -260,6 +260,7 @@ impl RestartState {
         if let Some(base) = &mut self.plan_base {
             *base = x;
         }
+        self.on_own_plan.clear();
         self.plan_failed = false;
         self.ask(study, next)
     }

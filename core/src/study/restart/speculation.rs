@@ -28,18 +28,29 @@ pub fn speculate(
     let (differences, others): (Vec<_>, Vec<_>) = asks
         .into_iter()
         .partition(|ask| ask.kind == AskKind::Gradient);
-    let mut guesses = if differences.len() <= left && state.keeps_plan_at(study, &out.x) {
-        differences
+    let there = state.if_iterate(out);
+    let mut guesses = if differences.len() <= left && there.keeps_plan_at(study, &out.x) {
+        there.requests(study, differences)?
     } else {
         Vec::new()
     };
     if left > 0 {
-        guesses.extend(others);
+        guesses.extend(state.requests(study, others)?);
     }
-    state.requests(study, guesses)
+    Ok(guesses)
 }
 
 impl RestartState {
+    /// The restart as far as its mesh plan goes if what is out became the iterate.
+    fn if_iterate(&self, out: &EvaluationRequest) -> Self {
+        let mut there = self.clone();
+        if there.plan_base.is_some() && out.plan_base.as_ref() == Some(&out.x) {
+            there.plan_base.clone_from(&out.plan_base);
+            there.plan_failed = false;
+        }
+        there
+    }
+
     /// Whether the mesh plan would stay if a design became the iterate. One without a plan of its own becomes none.
     fn keeps_plan_at(&self, study: &Study, x: &[f64]) -> bool {
         match &self.plan_base {

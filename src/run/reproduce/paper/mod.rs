@@ -210,7 +210,7 @@ fn winning_scene(arm: &Arm, results: &Results) -> Option<Scene> {
     let step = main_step(arm);
     let best = results.view.steps.get(step)?.best.as_ref()?;
     let study = steps::as_given(&arm.study, results, step);
-    Some(winner::scene(&study, results, step, best)?.0)
+    Some(winner::evaluated(&study, results, step, best)?.scene)
 }
 
 /// The step in which a method's corners are optimised.
