@@ -243,8 +243,12 @@ pub fn step(
     let mut state = state.clone();
     let study = &*study.given(state.spec.step, &state.spec.given);
     if state.stop.is_none() {
+        let out = state.pending.clone();
         let told = state.take(study, outcomes)?;
-        state.advance(study, &told)?;
+        match state.again_on_base(&out, outcomes) {
+            Some(again) if state.affords(study, 1)? => state.pending = vec![again],
+            _ => state.advance(study, &told)?,
+        }
         state.note_end();
     }
     Ok(state.into_step())
@@ -375,16 +379,21 @@ impl RestartState {
 
     /// Goes on with what the optimiser asks, within the restart's share of the budget.
     fn ask(&mut self, study: &Study, asks: Vec<Ask>) -> Result<(), StudyError> {
-        if let Some(share) = study.step(self.spec.step)?.evaluations_per_restart()
-            && self.evaluations + asks.len() > share
-        {
-            self.stop = Some(RestartStop::Study(StudyStop::EvaluationBudget {
-                evaluations: share,
-            }));
-            return Ok(());
+        if self.affords(study, asks.len())? {
+            self.pending = self.requests(study, asks)?;
         }
-        self.pending = self.requests(study, asks)?;
         Ok(())
+    }
+
+    /// Whether so many more evaluations are within the restart's share of the budget; it ends where they are not.
+    fn affords(&mut self, study: &Study, more: usize) -> Result<bool, StudyError> {
+        let share = study.step(self.spec.step)?.evaluations_per_restart();
+        let beyond = share.filter(|share| self.evaluations + more > *share);
+        if let Some(evaluations) = beyond {
+            let stop = StudyStop::EvaluationBudget { evaluations };
+            self.stop = Some(RestartStop::Study(stop));
+        }
+        Ok(beyond.is_none())
     }
 
     /// Lets an optimiser that draws its points draw others for those that their geometry refuses, so that no analysis is

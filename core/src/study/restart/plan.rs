@@ -3,7 +3,7 @@
 use super::{BeforeReplan, RestartState};
 use crate::optimiser::{self, Ask, AskKind, Step, Told};
 use crate::study::error::StudyError;
-use crate::study::result::EvaluationRequest;
+use crate::study::result::{EvaluationRequest, Outcome, OutcomeStatus};
 use crate::study::spec::Study;
 
 impl RestartState {
@@ -33,6 +33,28 @@ impl RestartState {
         {
             self.on_own_plan.push(request.x.clone());
         }
+    }
+
+    /// The same trial on the base, where its own plan does not mesh it: that of a slanted design may fold on elements which
+    /// another design's counts keep apart.
+    pub(super) fn again_on_base(
+        &mut self,
+        out: &[EvaluationRequest],
+        outcomes: &[Outcome],
+    ) -> Option<EvaluationRequest> {
+        let ([request], [outcome]) = (out, outcomes) else {
+            return None;
+        };
+        let folded = matches!(outcome.status, OutcomeStatus::InfeasibleGeometry { .. })
+            && self.on_own_plan.last() == Some(&request.x)
+            && request.plan_base != self.plan_base;
+        folded.then(|| {
+            self.on_own_plan.pop();
+            EvaluationRequest {
+                plan_base: self.plan_base.clone(),
+                ..request.clone()
+            }
+        })
     }
 
     /// Tells the optimiser the answers to what is out, and whether they are of the iterate's mesh.

@@ -152,6 +152,25 @@ fn a_far_trial_brings_its_plan_along_and_is_not_evaluated_again() {
 }
 
 #[test]
+fn a_trial_that_its_own_plan_folds_is_evaluated_on_the_base() {
+    let study = bending();
+    let fails = |_: usize, r: &EvaluationRequest| {
+        base(r) == r.x && matches!(r.kind, AskKind::Trial | AskKind::Return)
+    };
+    let (state, history) = run(&study, fails, false);
+    let folded = history.windows(2).filter(|pair| fails(0, &pair[0]));
+    let mut count = 0;
+    for pair in folded {
+        count += 1;
+        assert_eq!((&pair[1].x, pair[1].kind), (&pair[0].x, pair[0].kind));
+        assert_ne!(base(&pair[1]), base(&pair[0]));
+    }
+    assert!(count > 1);
+    let best = state.best.expect("a design");
+    assert!((best.objective + 2000.0).abs() < 40.0, "{}", best.objective);
+}
+
+#[test]
 fn short_steps_change_the_plan_between_iterations_only() {
     let study = creeping();
     let (state, history) = run(&study, |_, _| false, false);
