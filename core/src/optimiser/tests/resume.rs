@@ -1,7 +1,10 @@
 //! A run that is killed at any phase and read back from JSON goes on with the same points, bit by bit.
 
 use super::{cases::named, run::variants};
-use crate::optimiser::{Ask, AskKind, OptimiserState, Point, Told, rebase, start, step};
+use crate::optimiser::{
+    Ask, AskKind, OptimiserState, Point, StopReason, Told, rebase, start, step,
+    step_on_another_mesh,
+};
 
 fn bits(asks: &[Ask]) -> Vec<(AskKind, bool, usize, Vec<u64>)> {
     let one = |ask: &Ask| {
@@ -136,4 +139,37 @@ fn a_rebase_asks_for_the_iterate_again_and_no_stop_test_spans_it() {
         );
         assert_eq!(rebase(&state).state, state, "a finished run stays as it is");
     }
+}
+
+#[test]
+fn a_small_change_that_leads_to_another_mesh_ends_no_run() {
+    let case = named("rosen_suzuki");
+    let mut ended_by_small_changes = 0;
+    for options in variants() {
+        let (mut state, mut asks) =
+            start(options.clone(), case.problem(), case.x0.clone()).expect("a start");
+        for _ in 0..3000 {
+            let told: Vec<Told> = asks
+                .iter()
+                .map(|ask| case.evaluate(&ask.x, ask.want_gradient))
+                .collect();
+            let next = step(&state, &told);
+            let moved = next.state.iterate().filter(|to| to.x == asks[0].x);
+            if let (Some(StopReason::Absolute { .. } | StopReason::Relative { .. }), Some(to)) =
+                (next.done, moved)
+            {
+                ended_by_small_changes += 1;
+                let other = step_on_another_mesh(&state, &told);
+                assert_eq!(other.done, None, "the change may be that of the mesh");
+                assert_eq!(other.state.iterate(), Some(to));
+                assert_eq!(other.state.best(), Some(to), "counted from here");
+                assert_eq!(reborn(&other.state), other.state);
+            }
+            if next.done.is_some() {
+                break;
+            }
+            (state, asks) = (next.state, next.asks);
+        }
+    }
+    assert!(ended_by_small_changes > 2, "{ended_by_small_changes}");
 }
