@@ -160,7 +160,12 @@ fn a_small_change_that_leads_to_another_mesh_ends_no_run() {
             {
                 ended_by_small_changes += 1;
                 let other = step_on_another_mesh(&state, &told);
-                assert_eq!(other.done, None, "the change may be that of the mesh");
+                // First-order conditions at the iterate alone may still end it.
+                assert!(
+                    matches!(other.done, None | Some(StopReason::KuhnTucker { .. })),
+                    "the change may be that of the mesh: {:?}",
+                    other.done
+                );
                 assert_eq!(other.state.iterate(), Some(to));
                 assert_eq!(other.state.best(), Some(to), "counted from here");
                 assert_eq!(reborn(&other.state), other.state);
