@@ -112,3 +112,42 @@ impl Finer {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn finer(max_violation: Option<f64>) -> Finer {
+        Finer {
+            status: match max_violation {
+                Some(_) => OutcomeStatus::Ok,
+                None => OutcomeStatus::WorkLimit,
+            },
+            elements: Some(5088),
+            objective: max_violation.map(|_| -736.94),
+            own_objective: -726.5,
+            max_violation,
+            constraint: Some("stretch: chamber 1, corner 3".into()),
+            within_tolerance: max_violation.is_some_and(|violation| violation <= 3e-3),
+        }
+    }
+
+    #[test]
+    fn a_line_says_what_becomes_of_the_objective_and_of_the_limits() {
+        let said = |violation| finer(violation).line("mm\u{b2}");
+        let holds = said(Some(1e-3));
+        assert!(
+            holds.contains("(5088): objective -736.94 mm\u{b2} (+1.4 %)"),
+            "{holds}"
+        );
+        assert!(holds.ends_with("all limits hold"), "{holds}");
+        let broken = said(Some(0.025));
+        assert!(
+            broken.ends_with("broken by 2.5 % of it (stretch: chamber 1, corner 3)"),
+            "{broken}"
+        );
+        assert!(said(Some(0.31)).ends_with("too coarse for the limits"));
+        let unknown = said(None);
+        assert!(unknown.contains("no values (work_limit)"), "{unknown}");
+    }
+}

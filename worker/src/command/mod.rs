@@ -5,6 +5,7 @@
 //! evaluation. However it ends, its whole process group ends with it.
 
 mod answer;
+mod folder;
 mod process;
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::CommandExt;
-use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,6 +12,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process_group, set_parent_process_death_signal};
 
 use super::Failure;
+use super::folder::Folder;
 
 /// How often a waiting worker looks whether it is to stop.
 const LOOK: Duration = Duration::from_millis(20);
@@ -49,7 +49,7 @@ fn kill_group(group: i32) {
 pub struct Running {
     child: Child,
     group: i32,
-    folder: PathBuf,
+    _folder: Folder,
     input: ChildStdin,
     lines: Receiver<String>,
     error: Arc<Mutex<Vec<u8>>>,
@@ -66,14 +66,12 @@ impl Running {
         let Some((program, arguments)) = argv.split_first() else {
             return Err(Failure::Because("no program is named".into()));
         };
-        let once = getrandom::u64().map_err(|failure| Failure::Because(failure.to_string()))?;
-        let folder = std::env::temp_dir().join(format!("salp-command-{once:016x}"));
-        std::fs::create_dir(&folder)
-            .map_err(|failure| because("cannot make an empty folder", failure))?;
+        let folder =
+            Folder::new().map_err(|failure| because("cannot make an empty folder", failure))?;
         let mut command = Command::new(program);
         command
             .args(arguments)
-            .current_dir(&folder)
+            .current_dir(folder.work())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -84,10 +82,9 @@ impl Running {
                 set_parent_process_death_signal(Some(Signal::KILL)).map_err(Into::into)
             });
         }
-        let mut child = command.spawn().map_err(|failure| {
-            let _ = std::fs::remove_dir_all(&folder);
-            because(&format!("cannot start {program}"), failure)
-        })?;
+        let mut child = command
+            .spawn()
+            .map_err(|failure| because(&format!("cannot start {program}"), failure))?;
         let group = i32::try_from(child.id()).unwrap_or(i32::MAX);
         alive().insert(group);
         let (Some(input), Some(output), Some(error)) =
@@ -114,7 +111,7 @@ impl Running {
         Ok(Self {
             child,
             group,
-            folder,
+            _folder: folder,
             input,
             lines,
             error: kept,
@@ -210,7 +207,6 @@ impl Drop for Running {
         kill_group(self.group);
         let _ = self.child.wait();
         alive().remove(&self.group);
-        let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 
