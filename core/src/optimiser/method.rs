@@ -21,8 +21,8 @@ pub(super) trait Method {
     /// Takes the answers to the pending asks, in their order. A finished run stays finished.
     fn tell(&mut self, told: &[Told]);
 
-    /// Takes the answer to the one point that is out, which comes from another mesh than the values at the iterate. Points
-    /// that are each for themselves have no other.
+    /// Takes the answers where a point to which they lead comes from another mesh than the values at the iterate. Points that
+    /// are each for themselves have no other.
     fn tell_of_another_mesh(&mut self, told: &[Told]) {
         self.tell(told);
     }

@@ -96,9 +96,9 @@ pub fn step(state: &OptimiserState, told: &[Told]) -> Step {
     moved(state, |method| method.tell(told))
 }
 
-/// As [`step`], where the one point that is out was evaluated on another mesh than the iterate. It is compared with the
-/// iterate all the same, which is meant for far points: their values differ by more than meshes do. Where it becomes the
-/// iterate, the best point and the stop tests begin anew with it, so that none spans the change.
+/// As [`step`], where it leads to a point that was evaluated on another mesh than the iterate. The two are compared all the
+/// same, which is meant for far points: their values differ by more than meshes do. Best point and stop tests begin anew with
+/// the new iterate, so that none spans the change.
 pub fn step_on_another_mesh(state: &OptimiserState, told: &[Told]) -> Step {
     moved(state, |method| method.tell_of_another_mesh(told))
 }

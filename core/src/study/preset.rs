@@ -156,7 +156,7 @@ fn asymmetric_bending() -> Value {
             "optimiser": {
                 "method": "gcmma",
                 "gradient": "model",
-                "max_iterations": 16
+                "max_iterations": 24
             },
             "restarts": {"start": ["paper", "random"], "count": 3, "seed": 1}
         }]

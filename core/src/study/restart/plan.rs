@@ -57,13 +57,14 @@ impl RestartState {
         })
     }
 
-    /// Tells the optimiser the answers to what is out, and whether they are of the iterate's mesh.
+    /// Tells the optimiser the answers to what is out, and, where they lead it to a point of another mesh, that it is one.
     pub(super) fn tell_optimiser(&self, told: &[Told]) -> Step {
-        match &self.optimiser.asks()[..] {
-            [out] if self.on_own_plan.contains(&out.x) => {
-                optimiser::step_on_another_mesh(&self.optimiser, told)
-            }
-            _ => optimiser::step(&self.optimiser, told),
+        let next = optimiser::step(&self.optimiser, told);
+        let iterate = next.state.iterate();
+        if iterate.is_some_and(|point| self.on_own_plan.contains(&point.x)) {
+            optimiser::step_on_another_mesh(&self.optimiser, told)
+        } else {
+            next
         }
     }
 
