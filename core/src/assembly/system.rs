@@ -146,7 +146,9 @@ impl System {
                 pressure_mpa: PRESSURE_OVER_MODULUS * modulus,
             };
             let body = &self.body;
-            SelfContact::new(law, &body.boundary, &body.obstacles, &body.mesh.nodes)
+            let partners = body.partners.as_ref();
+            let nodes = &body.mesh.nodes;
+            SelfContact::new(law, &body.boundary, &body.obstacles, partners, nodes)
         });
         self
     }

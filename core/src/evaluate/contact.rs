@@ -61,7 +61,7 @@ pub fn contact_of(
     if mode == ContactMode::Off {
         return Ok((None, None));
     }
-    let narrowest = narrowest_gap(&body.boundary, &body.mesh.nodes);
+    let narrowest = narrowest_gap(body);
     let from_start = mode == ContactMode::On || !body.obstacles.is_empty();
     let contact = |activation_mm| {
         Some(Contact {
@@ -150,12 +150,16 @@ pub fn contact_answer(
 }
 
 /// Least distance in the reference shape between sides of the boundary that bound the same gap and do not meet in a corner, mm.
-/// Of a rim without corners it is the smaller side of its box.
-fn narrowest_gap(loops: &[BoundaryLoop], x: &[[f64; 2]]) -> f64 {
+/// Of a rim without corners it is the smaller side of its box. Sides that may not act on each other are no gap.
+fn narrowest_gap(body: &Discretisation) -> f64 {
     let mut least = f64::INFINITY;
-    for rim in loops {
-        let points: Vec<(usize, [f64; 2])> = side_points(rim, x);
-        let sides = points.last().map_or(0, |p| p.0 + 1);
+    let meet = |a: u64, b: u64| {
+        let partners = body.partners.as_ref();
+        partners.is_none_or(|partners| partners.meet(a, b))
+    };
+    for rim in &body.boundary {
+        let points = side_points(rim, body);
+        let sides = points.last().map_or(0, |p| p.side + 1);
         let is_void = signed_area(&points) < 0.0;
         if !is_void {
             continue;
@@ -164,19 +168,22 @@ fn narrowest_gap(loops: &[BoundaryLoop], x: &[[f64; 2]]) -> f64 {
             let extent = |i: usize| {
                 let (low, high) = points
                     .iter()
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, p)| {
-                        (low.min(p[i]), high.max(p[i]))
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+                        (low.min(p.at[i]), high.max(p.at[i]))
                     });
                 high - low
             };
-            least = least.min(extent(0).min(extent(1)));
+            let groups = points.iter().fold(0, |all, p| all | p.groups);
+            if meet(groups, groups) {
+                least = least.min(extent(0).min(extent(1)));
+            }
             continue;
         }
-        for (k, (side, p)) in points.iter().enumerate() {
-            for (other, q) in &points[k + 1..] {
-                let apart = other.abs_diff(*side);
-                if apart.min(sides - apart) >= 2 {
-                    least = least.min((p[0] - q[0]).hypot(p[1] - q[1]));
+        for (k, p) in points.iter().enumerate() {
+            for q in &points[k + 1..] {
+                let apart = p.side.abs_diff(q.side);
+                if apart.min(sides - apart) >= 2 && meet(p.groups, q.groups) {
+                    least = least.min((p.at[0] - q.at[0]).hypot(p.at[1] - q.at[1]));
                 }
             }
         }
@@ -184,8 +191,17 @@ fn narrowest_gap(loops: &[BoundaryLoop], x: &[[f64; 2]]) -> f64 {
     least
 }
 
-/// Nodes of a rim with the number of the side on which each lies; a corner belongs to the side that it begins.
-fn side_points(rim: &BoundaryLoop, x: &[[f64; 2]]) -> Vec<(usize, [f64; 2])> {
+/// A node of a rim.
+struct SidePoint {
+    /// Number of the side on which it lies; a corner belongs to the side that it begins.
+    side: usize,
+    at: [f64; 2],
+    /// Groups of its edge.
+    groups: u64,
+}
+
+/// Nodes of a rim in order.
+fn side_points(rim: &BoundaryLoop, body: &Discretisation) -> Vec<SidePoint> {
     let first = rim.starts_at_corner.iter().position(|c| *c).unwrap_or(0);
     let count = rim.edges.len();
     let mut side = 0;
@@ -196,14 +212,16 @@ fn side_points(rim: &BoundaryLoop, x: &[[f64; 2]]) -> Vec<(usize, [f64; 2])> {
             side += 1;
         }
         let e = &rim.edges[index];
+        let groups = body.partners.as_ref().map_or(0, |p| p.groups(e));
         for node in [Some(e.ends[0]), e.mid].into_iter().flatten() {
-            points.push((side, x[node as usize]));
+            let at = body.mesh.nodes[node as usize];
+            points.push(SidePoint { side, at, groups });
         }
     }
     points
 }
 
-fn signed_area(points: &[(usize, [f64; 2])]) -> f64 {
-    let corners: Vec<[f64; 2]> = points.iter().map(|(_, p)| *p).collect();
+fn signed_area(points: &[SidePoint]) -> f64 {
+    let corners: Vec<[f64; 2]> = points.iter().map(|p| p.at).collect();
     crate::geometry::polygon::signed_area(&corners)
 }

@@ -4,6 +4,8 @@
 //! from corner k to corner k + 1), then the centre node. `Tri7`: 3 corners, 3 mid-sides, the bubble's node at the
 //! centroid of the corners' and mid-sides' shape.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 pub use crate::geometry::Obstacle;
@@ -139,6 +141,8 @@ pub struct Discretisation {
     pub obstacles: Vec<Obstacle>,
     /// How surfaces that meet act on each other; `None`: not at all.
     pub contact: Option<Contact>,
+    /// Which parts of the boundary may act on each other; `None`: all.
+    pub partners: Option<Partners>,
     /// Region of each element, over all blocks in order, for limits that are stated part by part; empty: one region.
     pub regions: Regions,
 }
@@ -150,6 +154,28 @@ pub struct Contact {
     pub activation_mm: f64,
     /// Whether it is computed from the start; else from the state on at which surfaces first come that near.
     pub from_start: bool,
+}
+
+/// Parts of the boundary that may act on each other, where not all do. Obstacles act on every part.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Partners {
+    /// Named groups in which a boundary edge is, as bits of their numbers, by its two end nodes.
+    pub of_edge: BTreeMap<[u32; 2], u64>,
+    /// Groups of which the edges may act on each other, by their numbers.
+    pub pairs: Vec<[u32; 2]>,
+}
+
+impl Partners {
+    /// The groups of an edge.
+    pub fn groups(&self, edge: &BoundaryEdge) -> u64 {
+        self.of_edge.get(&edge.ends).copied().unwrap_or(0)
+    }
+
+    /// Whether edges in these groups may act on each other.
+    pub fn meet(&self, a: u64, b: u64) -> bool {
+        let are = |[p, q]: [u32; 2]| (a >> p) & (b >> q) & 1 == 1;
+        self.pairs.iter().any(|&[p, q]| are([p, q]) || are([q, p]))
+    }
 }
 
 /// A partition of the solid that follows the elements, so that it does not change as nodes move.

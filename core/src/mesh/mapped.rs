@@ -583,6 +583,7 @@ impl<'a> Builder<'a> {
             tractions: vec![],
             boundary,
             obstacles: Vec::new(),
+            partners: None,
             contact: None,
             regions: Regions {
                 count: self.region.iter().max().map_or(0, |r| *r as usize + 1),

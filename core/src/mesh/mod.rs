@@ -9,7 +9,7 @@ pub mod vtu;
 
 pub use discretisation::{
     BoundaryEdge, BoundaryLoop, Cavity, Contact, Discretisation, ElementBlock, ElementKind, Mesh,
-    Obstacle, Regions, Support, Traction,
+    Obstacle, Partners, Regions, Support, Traction,
 };
 pub use locate::{Location, locate};
 pub use mapped::{MappedMesh, build};

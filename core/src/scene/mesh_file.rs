@@ -1,5 +1,7 @@
 //! Reads what acts on the groups of a mesh file. Whether the groups exist is known once the file is read.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
 use super::material::{material_document, read_material};
@@ -8,6 +10,8 @@ use crate::actuation::ActuationCycle;
 use crate::document::{Node, Object};
 
 const MAX_GROUPS: usize = 1000;
+/// Groups that pairs of partners may name: they are the bits of a number.
+const MAX_PARTNERS: usize = 64;
 
 /// What a scene says of a mesh file's groups.
 pub struct Groups {
@@ -19,9 +23,11 @@ pub struct Groups {
     pub tractions: Vec<GroupTraction>,
     /// Follower pressures.
     pub pressures: Vec<GroupPressure>,
+    /// Partners in contact.
+    pub contact_pairs: Vec<[String; 2]>,
 }
 
-/// Reads the fields `materials`, `supports`, `tractions` and `pressures` of a scene.
+/// Reads the fields `materials`, `supports`, `tractions`, `pressures` and `contact_pairs` of a scene.
 pub fn read_groups(scene: &Object<'_>, cycle: Option<&ActuationCycle>) -> Option<Groups> {
     let materials = scene.or("materials", Vec::new(), |n| {
         n.each(0, MAX_GROUPS, read_group_material)
@@ -35,6 +41,7 @@ pub fn read_groups(scene: &Object<'_>, cycle: Option<&ActuationCycle>) -> Option
     let pressures = scene.or("pressures", Vec::new(), |n| {
         n.each(0, MAX_GROUPS, |p| read_pressure(p, cycle))
     });
+    let contact_pairs = scene.or("contact_pairs", Vec::new(), read_contact_pairs);
     let materials = materials?;
     for (i, entry) in materials.iter().enumerate() {
         if materials[..i].iter().any(|e| e.group == entry.group) {
@@ -49,7 +56,19 @@ pub fn read_groups(scene: &Object<'_>, cycle: Option<&ActuationCycle>) -> Option
         supports: supports?,
         tractions: tractions?,
         pressures: pressures?,
+        contact_pairs: contact_pairs?,
     })
+}
+
+fn read_contact_pairs(node: &Node<'_>) -> Option<Vec<[String; 2]>> {
+    let pairs = node.each(0, MAX_GROUPS, |pair| {
+        let names = pair.each(2, 2, |name| Some(name.text()?.to_owned()))?;
+        <[String; 2]>::try_from(names).ok()
+    })?;
+    let names: BTreeSet<&String> = pairs.iter().flatten().collect();
+    let few = names.len() <= MAX_PARTNERS;
+    node.expect(few, &format!("names more than {MAX_PARTNERS} groups"))?;
+    Some(pairs)
 }
 
 /// Document form of supports.

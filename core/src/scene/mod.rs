@@ -85,6 +85,8 @@ pub struct MeshFileBody {
     pub tractions: Vec<GroupTraction>,
     /// Follower pressures.
     pub pressures: Vec<GroupPressure>,
+    /// Pairs of groups of which the edges may act on each other by contact; empty: all edges.
+    pub contact_pairs: Vec<[String; 2]>,
 }
 
 /// The law of a group of elements.

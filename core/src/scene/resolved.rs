@@ -44,6 +44,7 @@ impl Scene {
                 );
                 put("tractions", json!(body.tractions));
                 put("pressures", json!(body.pressures));
+                put("contact_pairs", json!(body.contact_pairs));
             }
         }
         put("actuation", actuation_document(&self.actuation));

@@ -418,6 +418,8 @@ fn faults_of_mesh_file_scenes_are_noted() {
             "materials[0].material.c_mpa[0]=-1",
             "materials[0].material.c_mpa",
         ),
+        ("contact_pairs=[[\"bore\"]]", "contact_pairs[0]"),
+        ("contact_pairs=[[\"bore\", 7]]", "contact_pairs[0][1]"),
         ("unit_materials=[]", "unit_materials"),
         (
             "actuation={\"schedule\": [[0, 0], [0, 1]]}",

@@ -58,6 +58,7 @@ fn read_root(node: &Node<'_>, folder: &Path) -> Option<Scene> {
             "supports",
             "tractions",
             "pressures",
+            "contact_pairs",
         ],
         (false, _) => &["actuator", "unit_materials"],
         (true, true) => {
@@ -70,6 +71,7 @@ fn read_root(node: &Node<'_>, folder: &Path) -> Option<Scene> {
                 "supports",
                 "tractions",
                 "pressures",
+                "contact_pairs",
             ]
         }
     };
@@ -102,6 +104,11 @@ fn read_root(node: &Node<'_>, folder: &Path) -> Option<Scene> {
     });
     if let (Some(ContactMode::Off), Some([_, ..])) = (contact, obstacles.as_deref()) {
         root.fault("contact", "is off, so obstacles would not act");
+    }
+    if let (Some(ContactMode::Off), Some(Body::MeshFile(body))) = (contact, &body)
+        && !body.contact_pairs.is_empty()
+    {
+        root.fault("contact", "is off, so contact_pairs would not act");
     }
     let tolerance = root.or(
         "relative_residual_force_tolerance",
@@ -262,6 +269,7 @@ fn read_mesh_file(
         supports: groups.supports,
         tractions: groups.tractions,
         pressures: groups.pressures,
+        contact_pairs: groups.contact_pairs,
     })
 }
 

@@ -16,7 +16,7 @@ mod surface;
 mod tests;
 
 use crate::linear::Coupling;
-use crate::mesh::{BoundaryLoop, Obstacle};
+use crate::mesh::{BoundaryLoop, Obstacle, Partners};
 use surface::{Bounds, Piece, Surface};
 
 /// What two surfaces do that come near.
@@ -45,6 +45,8 @@ pub struct SelfContact {
     /// The law.
     pub law: ContactLaw,
     surface: Surface,
+    /// Which pieces may act on each other; `None`: all.
+    partners: Option<Partners>,
     /// c, MPa.
     stiffness: f64,
     obstacles: usize,
@@ -108,10 +110,12 @@ impl SelfContact {
         law: ContactLaw,
         loops: &[BoundaryLoop],
         obstacles: &[Obstacle],
+        partners: Option<&Partners>,
         x: &[[f64; 2]],
     ) -> Self {
         Self {
-            surface: Surface::new(loops, obstacles, x, law.activation_mm),
+            surface: Surface::new(loops, obstacles, partners, x, law.activation_mm),
+            partners: partners.cloned(),
             stiffness: law.pressure_mpa / kernel::flat_pressure(0.5),
             obstacles: obstacles.len(),
             law,
@@ -430,6 +434,12 @@ impl SelfContact {
         })
     }
 
+    /// Whether the scene lets two pieces act on each other; obstacles act on all.
+    fn may_meet(&self, a: &Piece, b: &Piece) -> bool {
+        let rigid = a.obstacle.is_some() || b.obstacle.is_some();
+        rigid || (self.partners.as_ref()).is_none_or(|partners| partners.meet(a.groups, b.groups))
+    }
+
     /// Pairs of pieces, the first with the smaller index, whose boxes are within a distance and that may meet at all.
     fn near(&self, bounds: &[Bounds], within: f64) -> Vec<(u32, u32)> {
         let pieces = &self.surface.pieces;
@@ -446,7 +456,8 @@ impl SelfContact {
                     break;
                 }
                 let rigid = own.obstacle.is_some() && other.obstacle.is_some();
-                if own.region == other.region && !rigid && bound.is_near(other_bound, within) {
+                let meet = self.may_meet(own, other) && !rigid;
+                if own.region == other.region && meet && bound.is_near(other_bound, within) {
                     found.push((a.min(b), a.max(b)));
                 }
             }

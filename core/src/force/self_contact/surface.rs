@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::force::edge;
 use crate::geometry::polygon::{contains, signed_area};
-use crate::mesh::{BoundaryLoop, Obstacle};
+use crate::mesh::{BoundaryLoop, Obstacle, Partners};
 
 /// Largest length of a panel of Gauss points over the activation distance. At half that distance the sums then differ from
 /// the integrals by less than 1e-4: where they differ more the surfaces catch on each other instead of sliding.
@@ -71,6 +71,8 @@ pub struct Piece {
     pub obstacle: Option<u32>,
     /// Ends of an obstacle's panels where it starts, mm.
     pub ends: Vec<[f64; 2]>,
+    /// Groups in which the piece is, as bits of their numbers.
+    pub groups: u64,
 }
 
 /// Shape functions and their derivatives at the points of an edge.
@@ -100,6 +102,7 @@ impl Surface {
     pub fn new(
         loops: &[BoundaryLoop],
         obstacles: &[Obstacle],
+        partners: Option<&Partners>,
         x: &[[f64; 2]],
         activation: f64,
     ) -> Self {
@@ -136,6 +139,7 @@ impl Surface {
                     region,
                     obstacle: None,
                     ends: Vec::new(),
+                    groups: partners.map_or(0, |partners| partners.groups(e)),
                 });
             }
         }
@@ -150,6 +154,7 @@ impl Surface {
                     region: 0,
                     obstacle: Some(index as u32),
                     ends: part.ends,
+                    groups: 0,
                 });
                 this.reference.extend(part.points);
                 this.length.extend(part.lengths);

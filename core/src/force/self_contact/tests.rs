@@ -45,7 +45,7 @@ fn pressed(x: &[[f64; 2]]) -> Vec<[f64; 2]> {
 #[test]
 fn forces_and_their_derivatives_agree_with_differences() {
     let (loops, reference) = two_squares();
-    let contact = SelfContact::new(LAW, &loops, &[], &reference);
+    let contact = SelfContact::new(LAW, &loops, &[], None, &reference);
     let x = pressed(&reference);
     let at = |x: &[[f64; 2]]| {
         let touches = contact.touches(x, &[], true);
@@ -95,7 +95,7 @@ fn forces_and_their_derivatives_agree_with_differences() {
 #[test]
 fn forces_are_equal_and_opposite_and_have_no_moment() {
     let (loops, reference) = two_squares();
-    let contact = SelfContact::new(LAW, &loops, &[], &reference);
+    let contact = SelfContact::new(LAW, &loops, &[], None, &reference);
     let x = pressed(&reference);
     let touches = contact.touches(&x, &[], false);
     let mut force = vec![[0.0; 2]; x.len()];
@@ -125,7 +125,7 @@ fn the_shape_derivative_agrees_with_differences() {
         .map(|k| [f64::from(k * 7 % 5) - 2.0, f64::from(k * 3 % 7) - 3.0])
         .collect();
     let work = |reference: &[[f64; 2]]| {
-        let contact = SelfContact::new(LAW, &loops, &[], reference);
+        let contact = SelfContact::new(LAW, &loops, &[], None, reference);
         let x: Vec<[f64; 2]> = reference
             .iter()
             .zip(&displacement)
@@ -172,7 +172,7 @@ fn the_shape_derivative_agrees_with_differences() {
 #[test]
 fn a_step_ends_before_surfaces_meet() {
     let (loops, reference) = two_squares();
-    let contact = SelfContact::new(LAW, &loops, &[], &reference);
+    let contact = SelfContact::new(LAW, &loops, &[], None, &reference);
     // 4 mm apart: a step of 8 mm meets after half of it.
     let down: Vec<[f64; 2]> = (0..16)
         .map(|k| [0.0, if k < 8 { 0.0 } else { -8.0 }])
@@ -188,7 +188,7 @@ fn a_step_ends_before_surfaces_meet() {
 #[test]
 fn neighbours_along_a_surface_do_not_act() {
     let (loops, reference) = two_squares();
-    let contact = SelfContact::new(LAW, &loops, &[], &reference);
+    let contact = SelfContact::new(LAW, &loops, &[], None, &reference);
     assert!(!contact.is_touching(&reference, &[]));
     // Also where the body is squeezed to 60 %, with its corners.
     let squeezed: Vec<[f64; 2]> = reference.iter().map(|p| [0.6 * p[0], 0.6 * p[1]]).collect();
@@ -203,7 +203,7 @@ fn flat_surfaces_press_evenly_with_the_pressure_of_the_law() {
         let q = [p[0] - 0.03, p[1] - 6.0];
         *p = [q[0] + 0.02 * q[1] + 0.03, q[1] - 0.02 * q[0] + 6.0];
     }
-    let contact = SelfContact::new(LAW, &loops, &[], &reference);
+    let contact = SelfContact::new(LAW, &loops, &[], None, &reference);
     for ratio in [0.4, 0.5, 0.8] {
         let x: Vec<[f64; 2]> = reference
             .iter()
@@ -247,7 +247,7 @@ fn catch(ratio: f64) -> f64 {
         travel_mm: [1.0, 1.0],
         channel: 0,
     };
-    let contact = SelfContact::new(LAW, &loops, &[plate], &reference);
+    let contact = SelfContact::new(LAW, &loops, &[plate], None, &reference);
     let of_shift = |shift: f64| {
         let travel = [shift, 1.0 - ratio * LAW.activation_mm];
         let [x, y] = contact.touches(&reference, &[travel], false).on_obstacle[0];

@@ -9,7 +9,7 @@ use super::file::{GmshElement, GmshElementKind, GmshFile};
 use super::solid::{Solid, edge_key};
 use crate::fault::Faults;
 use crate::material::MaterialLaw;
-use crate::mesh::{BoundaryEdge, Cavity, Support, Traction};
+use crate::mesh::{BoundaryEdge, Cavity, Partners, Support, Traction};
 use crate::scene::MeshFileBody;
 
 /// Notes every group that a scene names and the file does not have, and every channel out of range.
@@ -32,12 +32,17 @@ pub(super) fn check_names(
         .chain(
             (body.materials.iter().map(|s| &s.group).enumerate())
                 .map(|(i, g)| (format!("materials[{i}]"), g)),
-        );
-    for (path, group) in named {
+        )
+        .map(|(path, group)| (format!("{path}.group"), group));
+    let pairs = body.contact_pairs.iter().enumerate();
+    let paired = pairs.flat_map(|(i, pair)| {
+        (pair.iter().enumerate()).map(move |(k, group)| (format!("contact_pairs[{i}][{k}]"), group))
+    });
+    for (path, group) in named.chain(paired) {
         if !file.has_group(group) {
             let known: Vec<&str> = file.groups.iter().map(|g| g.name.as_str()).collect();
             faults.add(
-                format!("{path}.group"),
+                path,
                 if known.is_empty() {
                     format!("no physical group \"{group}\": the mesh file names none")
                 } else {
@@ -250,6 +255,40 @@ pub(super) fn tractions(
             }
         })
         .collect()
+}
+
+/// Which edges may act on each other; `None` where the scene names no pairs, so that all may.
+pub(super) fn partners(
+    body: &MeshFileBody,
+    file: &GmshFile,
+    solid: &Solid,
+    boundary: &Boundary,
+    faults: &mut Faults,
+) -> Option<Partners> {
+    if body.contact_pairs.is_empty() {
+        return None;
+    }
+    let mut names: Vec<&str> = Vec::new();
+    let mut partners = Partners::default();
+    for (i, pair) in body.contact_pairs.iter().enumerate() {
+        let mut numbers = [0; 2];
+        for (k, group) in pair.iter().enumerate() {
+            let known = names.iter().position(|name| name == group);
+            let number = known.unwrap_or(names.len());
+            numbers[k] = number as u32;
+            if known.is_some() {
+                continue;
+            }
+            names.push(group);
+            let path = format!("contact_pairs[{i}][{k}]");
+            for edge in edges_of_group(file, group, solid, boundary, &path, faults) {
+                let ends = boundary.edges[edge].ends;
+                *partners.of_edge.entry(ends).or_default() |= 1 << number;
+            }
+        }
+        partners.pairs.push(numbers);
+    }
+    Some(partners)
 }
 
 /// Follower pressures as cavities.

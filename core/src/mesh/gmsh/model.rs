@@ -123,6 +123,7 @@ pub fn build(
     let supports = groups::supports(body, file, &solid, &mut faults);
     let tractions = groups::tractions(body, file, &solid, &boundary, &mut faults);
     let cavities = groups::pressures(body, file, &solid, &boundary, &supports, &mut faults);
+    let partners = groups::partners(body, file, &solid, &boundary, &mut faults);
     let loops = boundary.loops(&solid.mesh.nodes);
     faults.check(MeshFileModel {
         discretisation: Discretisation {
@@ -133,6 +134,7 @@ pub fn build(
             boundary: loops,
             obstacles: Vec::new(),
             contact: None,
+            partners,
             regions: Regions::default(),
         },
         laws,

@@ -62,6 +62,7 @@ fn ring_body() -> MeshFileBody {
         ],
         tractions: Vec::new(),
         pressures: vec![pressure("left")],
+        contact_pairs: Vec::new(),
     }
 }
 

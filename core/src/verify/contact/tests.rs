@@ -3,7 +3,7 @@
 use super::{collapsed_tube, crushed_tube, hertz, pressed_blocks};
 use crate::equilibrium::Unobserved;
 use crate::mesh::gmsh::GmshElementKind;
-use crate::verify::problem::{Problem, Solved};
+use crate::verify::problem::{Problem, Solved, Unsolved};
 
 /// Energy of the solid of mean-dilatation elements, neo-Hookean with mu = 1 MPa.
 fn strain_energy(solved: &Solved, state: usize, bulk: f64) -> f64 {
@@ -136,4 +136,46 @@ fn a_coarse_half_tube_follows_the_elastica() {
     // Closed by 40 %, P R^2 / EI = 3.99 (`crushed_ring`).
     let force = -state.on_obstacle[0][1] * 2500.0 / (4.0 / 12.0);
     assert!((force / 3.99 - 1.0).abs() < 0.03, "{force}");
+}
+
+#[test]
+fn pairs_of_groups_say_which_surfaces_act_on_each_other() {
+    let paired = |pairs: serde_json::Value| {
+        let mut problem = pressed_blocks::problem(GmshElementKind::Quad9, 1, 0.4);
+        problem.scene["contact_pairs"] = pairs;
+        problem
+    };
+    let solved = |pairs| paired(pairs).solve(&mut Unobserved).unwrap();
+    let all = solved(serde_json::json!([]));
+    let last = all.last();
+    let energy = |solved: &Solved| solved.contact(last).map_or(0.0, |c| c.energy);
+    assert!(energy(&all) > 0.0);
+    // The faces meet, in whichever order they are named; but for them only the sides at their ends do.
+    let faces = solved(serde_json::json!([["face", "counterface"]]));
+    assert!((energy(&faces) / energy(&all) - 1.0).abs() < 5e-3);
+    let turned = solved(serde_json::json!([["low", "low"], ["counterface", "face"]]));
+    assert_eq!(energy(&turned).to_bits(), energy(&faces).to_bits());
+    assert_eq!(turned.analysis.work, faces.analysis.work);
+    // Faces that are no partners pass through each other, and nothing presses on them.
+    let apart = solved(serde_json::json!([
+        ["face", "face"],
+        ["low", "counterface"]
+    ]));
+    assert_eq!(energy(&apart), 0.0);
+    let moved = apart.positions(last);
+    let lowest = (moved.iter().zip(&apart.analysis.system.body.mesh.nodes))
+        .filter(|(_, rest)| rest[1] > 11.0)
+        .map(|(now, _)| now[1])
+        .fold(f64::INFINITY, f64::min);
+    assert!(lowest < 8.5, "{lowest}");
+    // A group that the file does not have, and one without edges.
+    let faults = paired(serde_json::json!([
+        ["face", "nowhere"],
+        ["middles", "face"]
+    ]));
+    let Err(Unsolved::Faults(faults)) = faults.solve(&mut Unobserved) else {
+        panic!("faults")
+    };
+    let paths: Vec<&str> = faults.0.iter().map(|f| f.path.as_str()).collect();
+    assert_eq!(paths, ["contact_pairs[0][1]", "contact_pairs[1][0]"]);
 }
