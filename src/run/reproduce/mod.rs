@@ -7,6 +7,7 @@ mod realised;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use salp_core::fault::Faults;
 
 use super::{Setting, interrupted};
 use crate::failure::Failure;
@@ -34,6 +35,9 @@ pub struct Reproduce {
     /// Of the question: starts of every arm [default: 20; quick 2]
     #[arg(long, value_parser = clap::value_parser!(u16).range(2..=1000))]
     starts: Option<u16>,
+    /// Of the question: most iterations of a run [default: 100; quick 10]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=10_000))]
+    iterations: Option<u16>,
     /// Of the question: only these arms
     #[arg(long, value_delimiter = ',', value_name = "ID,ID")]
     arms: Vec<String>,
@@ -67,14 +71,17 @@ impl Reproduce {
         let out = self.out.clone().unwrap_or_else(folder);
         let (document, text) = match self.what {
             What::Paper => {
-                if self.starts.is_some() || !self.arms.is_empty() {
-                    let path = if self.starts.is_some() {
-                        "--starts"
-                    } else {
-                        "--arms"
-                    };
-                    return Err(Failure::fault(path, "belongs to salp reproduce question"));
+                let mut faults = Faults::default();
+                for (path, given) in [
+                    ("--starts", self.starts.is_some()),
+                    ("--iterations", self.iterations.is_some()),
+                    ("--arms", !self.arms.is_empty()),
+                ] {
+                    if given {
+                        faults.add(path, "belongs to salp reproduce question");
+                    }
                 }
+                faults.check(())?;
                 paper::Reproduction {
                     quick: self.quick,
                     setting: &setting,
@@ -83,8 +90,11 @@ impl Reproduce {
                 .run(&interrupted)?
             }
             What::Question => question::Question {
-                quick: self.quick,
                 starts: self.starts.map(usize::from),
+                fidelity: question::Fidelity {
+                    quick: self.quick,
+                    iterations: self.iterations,
+                },
                 only: &self.arms,
                 setting: &setting,
                 out: &out,

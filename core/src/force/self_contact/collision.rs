@@ -5,6 +5,9 @@ use super::{SelfContact, kernel};
 
 /// Surfaces keep this share of the way that is free.
 const KEPT: f64 = 0.2;
+/// The shortest time that is looked at by itself; where nothing meets within one, one this much longer is looked at.
+const SHORTEST: f64 = 1e-6;
+const LONGER: f64 = 4.0;
 
 impl SelfContact {
     /// The largest share in (0, 1] of the displacement increment `du` that brings no two surfaces through each other, less a
@@ -16,48 +19,76 @@ impl SelfContact {
             .zip(du)
             .map(|(x, d)| [x[0] + d[0], x[1] + d[1]])
             .collect();
-        let swept: Vec<Bounds> = surface
+        let hulls: Vec<Hull> = surface
             .pieces
             .iter()
-            .map(|p| {
-                let (mut a, b) = (
-                    Surface::bounds(p, x, travel[0]),
-                    Surface::bounds(p, &end, travel[1]),
+            .map(|piece| {
+                let (p, q) = (
+                    Surface::hull(piece, x, travel[0]),
+                    Surface::hull(piece, &end, travel[1]),
                 );
-                a.include(b.low);
-                a.include(b.high);
-                a
+                std::array::from_fn(|k| Way::new(p[k], q[k]))
             })
             .collect();
-        let still = vec![[0.0; 2]; self.obstacles];
-        let mut first = f64::INFINITY;
-        let mut lines = [Polyline::default(), Polyline::default()];
-        for (a, b) in self.near(&swept, 0.0) {
-            let two = self.pieces([a, b]);
-            if two[0].touches(two[1])
-                && Surface::is_straight(two[0], two[1], x, &self.reference)
-                && Surface::is_straight(two[0], two[1], &end, &self.reference)
-            {
-                continue;
+        // What a wild step brings together late is of no interest where it brings something together early.
+        let mut horizon = hulls
+            .iter()
+            .map(turning_time)
+            .fold(1.0, f64::min)
+            .max(SHORTEST);
+        let first = loop {
+            let first = self.first_meeting_by(horizon, &hulls, [x, &end], travel);
+            if first <= horizon || horizon >= 1.0 {
+                break first;
             }
-            for (line, piece) in lines.iter_mut().zip(two) {
-                surface.ends(piece, x, travel[0], &mut line.start);
-                surface.ends(piece, &end, travel[1], &mut line.end);
-                surface.ends(piece, &self.reference, &still, &mut line.reference);
-            }
-            let rigid = two.iter().any(|p| p.obstacle.is_some());
-            // Nearer parts may fold through each other.
-            let apart = if rigid { 0.0 } else { self.least_apart() };
-            let [p, q] = &lines;
-            first = first
-                .min(p.first_meeting(q, apart))
-                .min(q.first_meeting(p, apart));
-        }
+            horizon = (LONGER * horizon).min(1.0);
+        };
         if first > 1.0 {
             1.0
         } else {
             (1.0 - KEPT) * first
         }
+    }
+
+    /// First time up to `horizon` at which surfaces meet that move straight from the first places to the second, those of the
+    /// pieces within their `hulls`; a later time that need not be the first, or infinity, where none meet by then.
+    fn first_meeting_by(
+        &self,
+        horizon: f64,
+        hulls: &[Hull],
+        x: [&[[f64; 2]]; 2],
+        travel: [&[[f64; 2]]; 2],
+    ) -> f64 {
+        let surface = &self.surface;
+        let swept: Vec<Bounds> = hulls.iter().map(|hull| swept(hull, horizon)).collect();
+        let still = vec![[0.0; 2]; self.obstacles];
+        let mut first = f64::INFINITY;
+        let mut lines = [Polyline::default(), Polyline::default()];
+        for (a, b) in self.near(&swept, 0.0) {
+            let (p, q) = (&hulls[a as usize], &hulls[b as usize]);
+            let common = CommonMotion::of(p, q);
+            let by = first.min(horizon);
+            if !common.reach(p).may_meet(&common.reach(q), by) {
+                continue;
+            }
+            let two = self.pieces([a, b]);
+            let straight = |x| Surface::is_straight(two[0], two[1], x, &self.reference);
+            if two[0].touches(two[1]) && straight(x[0]) && straight(x[1]) {
+                continue;
+            }
+            for (line, piece) in lines.iter_mut().zip(two) {
+                surface.ends(piece, x[0], travel[0], &mut line.start);
+                surface.ends(piece, x[1], travel[1], &mut line.end);
+                surface.ends(piece, &self.reference, &still, &mut line.reference);
+                line.divide(&common);
+            }
+            let rigid = two.iter().any(|p| p.obstacle.is_some());
+            // Nearer parts may fold through each other.
+            let apart = if rigid { 0.0 } else { self.least_apart() };
+            let [p, q] = &lines;
+            first = first.min(p.first_meeting(q, apart, by));
+        }
+        first
     }
 }
 
@@ -113,50 +144,204 @@ fn crossing(s: [[f64; 2]; 2], t: [[f64; 2]; 2]) -> f64 {
     }
 }
 
+/// Straight motion of a point.
+#[derive(Clone, Copy)]
+struct Way {
+    from: [f64; 2],
+    by: [f64; 2],
+}
+
+impl Way {
+    fn new(from: [f64; 2], to: [f64; 2]) -> Self {
+        Self {
+            from,
+            by: [to[0] - from[0], to[1] - from[1]],
+        }
+    }
+}
+
+/// Points whose ways enclose those of all points of a piece: each of these is a mean of them.
+type Hull = [Way; 4];
+
+/// A box around some ways up to a time.
+fn swept(ways: &[Way], time: f64) -> Bounds {
+    let mut bounds = Bounds::empty();
+    for Way { from, by } in ways {
+        bounds.include(*from);
+        bounds.include([from[0] + time * by[0], from[1] + time * by[1]]);
+    }
+    bounds
+}
+
+/// The time within which the ends of a piece move against each other by as much as they are apart.
+fn turning_time([a, b, ..]: &Hull) -> f64 {
+    let size = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
+    size(a.from, b.from) / size(a.by, b.by)
+}
+
+/// A motion that two pieces share: p -> p + t (`by` + `turn` e_z x (p - `centre`)) from t = 0 to 1.
+///
+/// Seen from what moves like this points meet at the same times, and a point that moves by d in space is at most
+/// t |d - by - turn e_z x (p - centre)| from where it started, as 1 + t turn e_z x shortens nothing. In a step that swings a
+/// chain of units through a wide arc this is little where the way in space is long.
+struct CommonMotion {
+    centre: [f64; 2],
+    by: [f64; 2],
+    turn: f64,
+}
+
+/// Where some points are at the start, and how far they come from there by t = 1.
+#[derive(Clone, Copy)]
+struct Reach {
+    at: Bounds,
+    by: f64,
+}
+
+/// What rounding may make of a distance, mm.
+const ROUNDING: f64 = 1e-9;
+
+impl CommonMotion {
+    /// The mean motion of two sets of points, and the turn of their middles about each other.
+    fn of(p: &[Way], q: &[Way]) -> Self {
+        let mean = |ways: &[Way], of: fn(&Way) -> [f64; 2]| -> [f64; 2] {
+            let sum = (ways.iter().map(of)).fold([0.0; 2], |s, v| [s[0] + v[0], s[1] + v[1]]);
+            sum.map(|s| s / ways.len() as f64)
+        };
+        let (a, b) = (mean(p, |w| w.from), mean(q, |w| w.from));
+        let (u, v) = (mean(p, |w| w.by), mean(q, |w| w.by));
+        let (apart, change) = ([a[0] - b[0], a[1] - b[1]], [u[0] - v[0], u[1] - v[1]]);
+        let square = apart[0] * apart[0] + apart[1] * apart[1];
+        let turn = (apart[0] * change[1] - apart[1] * change[0]) / square;
+        let middle = |a: [f64; 2], b: [f64; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+        Self {
+            centre: middle(a, b),
+            by: middle(u, v),
+            turn: if turn.is_finite() { turn } else { 0.0 },
+        }
+    }
+
+    fn reach(&self, ways: &[Way]) -> Reach {
+        let mut at = Bounds::empty();
+        let mut square = 0.0_f64;
+        for Way { from, by } in ways {
+            at.include(*from);
+            let arm = [from[0] - self.centre[0], from[1] - self.centre[1]];
+            let left = [
+                by[0] - self.by[0] + self.turn * arm[1],
+                by[1] - self.by[1] - self.turn * arm[0],
+            ];
+            square = square.max(left[0] * left[0] + left[1] * left[1]);
+        }
+        Reach {
+            at,
+            by: square.sqrt(),
+        }
+    }
+}
+
+impl Reach {
+    /// Whether the two may meet by a time.
+    fn may_meet(&self, other: &Self, time: f64) -> bool {
+        let by = time.min(1.0) * (self.by + other.by);
+        self.at.is_near(&other.at, by + ROUNDING)
+    }
+}
+
+/// Segments that are looked at together.
+const BLOCK: usize = 8;
+
 /// A piece as a polyline between the ends of its panels, each of which moves linearly.
 #[derive(Default)]
 struct Polyline {
     start: Vec<[f64; 2]>,
     end: Vec<[f64; 2]>,
     reference: Vec<[f64; 2]>,
+    ways: Vec<Way>,
+    /// Of each block of segments.
+    blocks: Vec<Reach>,
 }
 
 impl Polyline {
-    /// First time in (0, 1] at which a vertex of this one meets a segment of the other; infinite if none does.
-    /// Parts nearer than `apart` in the reference shape do not count.
-    fn first_meeting(&self, other: &Self, apart: f64) -> f64 {
-        let whole = other.swept(0..other.start.len());
-        let mine = self.swept(0..self.start.len());
-        let segments: Vec<(usize, Bounds)> = (1..other.start.len())
-            .map(|l| (l, other.swept(l - 1..l + 1)))
-            .filter(|(_, bounds)| bounds.is_near(&mine, 0.0))
-            .collect();
-        let mut first = f64::INFINITY;
-        for k in 0..self.start.len() {
-            let own = self.swept(k..k + 1);
-            if !own.is_near(&whole, 0.0) {
-                continue;
-            }
-            for (l, segment) in &segments {
-                if !own.is_near(segment, 0.0) {
+    /// Finds what its blocks of segments reach beside a common motion.
+    fn divide(&mut self, common: &CommonMotion) {
+        self.ways.clear();
+        let ends = self.start.iter().zip(&self.end);
+        self.ways.extend(ends.map(|(p, q)| Way::new(*p, *q)));
+        let count = self.segments().div_ceil(BLOCK);
+        self.blocks.clear();
+        for k in 0..count {
+            let reach = common.reach(self.block(k));
+            self.blocks.push(reach);
+        }
+    }
+
+    fn segments(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// Ways of the vertices of a block of segments.
+    fn block(&self, k: usize) -> &[Way] {
+        let last = ((k + 1) * BLOCK).min(self.segments());
+        &self.ways[k * BLOCK..=last]
+    }
+
+    /// First time up to `horizon` at which a vertex of one of the two meets a segment of the other; a later one or infinity
+    /// where there is none. Parts nearer than `apart` in the reference shape do not count.
+    fn first_meeting(&self, other: &Self, apart: f64, horizon: f64) -> f64 {
+        let (mut first, mut horizon) = (f64::INFINITY, horizon);
+        for (k, own) in self.blocks.iter().enumerate() {
+            for (l, others) in other.blocks.iter().enumerate() {
+                if !own.may_meet(others, horizon) {
                     continue;
                 }
-                let (p, q, r) = (
-                    self.reference[k],
-                    other.reference[l - 1],
-                    other.reference[*l],
-                );
-                let way = [p[0] - 0.5 * (q[0] + r[0]), p[1] - 0.5 * (q[1] + r[1])];
-                if way[0] * way[0] + way[1] * way[1] < apart * apart {
+                // What two short parts share leaves less.
+                let (p, q) = (self.block(k), other.block(l));
+                let common = CommonMotion::of(p, q);
+                if !common.reach(p).may_meet(&common.reach(q), horizon) {
                     continue;
                 }
-                first = first.min(meeting(
-                    [self.start[k], other.start[l - 1], other.start[*l]],
-                    [self.end[k], other.end[l - 1], other.end[*l]],
-                ));
+                let reaches = |ways: &[Way]| {
+                    let none = Reach {
+                        at: Bounds::empty(),
+                        by: 0.0,
+                    };
+                    let mut all = [none; BLOCK];
+                    for (reach, two) in all.iter_mut().zip(ways.windows(2)) {
+                        *reach = common.reach(two);
+                    }
+                    all
+                };
+                let (mine, theirs) = (reaches(p), reaches(q));
+                for (i, segment) in mine[..p.len() - 1].iter().enumerate() {
+                    for (j, facing) in theirs[..q.len() - 1].iter().enumerate() {
+                        if segment.may_meet(facing, horizon) {
+                            let (i, j) = (k * BLOCK + i, l * BLOCK + j);
+                            for end in [0, 1] {
+                                first = first
+                                    .min(self.meeting(i + end, other, j, apart))
+                                    .min(other.meeting(j + end, self, i, apart));
+                            }
+                            horizon = horizon.min(first);
+                        }
+                    }
+                }
             }
         }
         first
+    }
+
+    /// When a vertex meets a segment of another polyline, which is numbered by its first vertex.
+    fn meeting(&self, vertex: usize, other: &Self, segment: usize, apart: f64) -> f64 {
+        let p = self.reference[vertex];
+        let m = other.middle_at(segment + 1);
+        let way = [p[0] - m[0], p[1] - m[1]];
+        if way[0] * way[0] + way[1] * way[1] < apart * apart {
+            return f64::INFINITY;
+        }
+        let three = |of: fn(&Self) -> &Vec<[f64; 2]>| {
+            [of(self)[vertex], of(other)[segment], of(other)[segment + 1]]
+        };
+        meeting(three(|line| &line.start), three(|line| &line.end))
     }
 
     /// Reference middle of a segment.
@@ -169,16 +354,6 @@ impl Polyline {
     fn middle(&self, k: usize, p: [f64; 2]) -> f64 {
         let m = self.middle_at(k);
         (m[0] - p[0]).hypot(m[1] - p[1])
-    }
-
-    /// A box around some of its vertices over the whole motion.
-    fn swept(&self, vertices: std::ops::Range<usize>) -> Bounds {
-        let mut bounds = Bounds::empty();
-        for k in vertices {
-            bounds.include(self.start[k]);
-            bounds.include(self.end[k]);
-        }
-        bounds
     }
 }
 
@@ -223,6 +398,7 @@ fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::SplitMix64;
 
     #[test]
     fn segments_that_cross_are_told_from_those_that_do_not() {
@@ -230,6 +406,63 @@ mod tests {
         assert!((crossing(flat, [[0.0, -0.1], [0.0, 2.0]]) - 0.1).abs() < 1e-15);
         assert_eq!(crossing(flat, [[0.0, 0.1], [0.0, 2.0]]), 0.0);
         assert_eq!(crossing(flat, [[1.5, -1.0], [1.5, 1.0]]), 0.0);
+    }
+
+    #[test]
+    fn what_is_left_out_for_being_far_never_meets_first() {
+        let mut random = SplitMix64::new(7);
+        let (mut met, mut tried) = (0, 0);
+        for case in 0..400 {
+            // Two wavy lines beside each other that a large motion turns, shifts and bends: some meet, some do not.
+            let turn = 3.0 * random.next_normal();
+            let shift = [0, 1].map(|_| 20.0 * random.next_normal());
+            let towards = 12.0 * random.next_unit();
+            let mut line = |y: f64, by: f64, panels: usize| {
+                let mut this = Polyline::default();
+                for k in 0..=panels {
+                    let x = 0.2 * k as f64;
+                    let p = [x, y + 0.1 * (3.0 * x).sin()];
+                    let noise = [0, 1].map(|_| 0.05 * random.next_normal());
+                    let d = [
+                        shift[0] - turn * p[1] + noise[0],
+                        shift[1] + turn * p[0] + by + noise[1],
+                    ];
+                    this.start.push(p);
+                    this.end.push([p[0] + d[0], p[1] + d[1]]);
+                }
+                this.reference = this.start.clone();
+                this
+            };
+            let mut two = [line(0.0, 0.0, 30), line(1.5, -towards, 21)];
+            for line in &mut two {
+                line.divide(&CommonMotion {
+                    centre: [0.0; 2],
+                    by: [0.0; 2],
+                    turn: if case % 2 == 0 { turn } else { 0.0 },
+                });
+            }
+            let [p, q] = &two;
+            let mut expected = f64::INFINITY;
+            for k in 0..p.start.len() {
+                for l in 0..q.segments() {
+                    expected = expected.min(p.meeting(k, q, l, 0.0));
+                }
+            }
+            for k in 0..q.start.len() {
+                for l in 0..p.segments() {
+                    expected = expected.min(q.meeting(k, p, l, 0.0));
+                }
+            }
+            assert_eq!(p.first_meeting(q, 0.0, 1.0), expected, "{case}");
+            assert_eq!(q.first_meeting(p, 0.0, 1.0), expected, "{case}");
+            if expected.is_finite() {
+                met += 1;
+                let none = p.first_meeting(q, 0.0, 0.5 * expected);
+                assert!(none >= expected, "{case}: {none}");
+            }
+            tried += 1;
+        }
+        assert!(met > tried / 5 && met < tried, "{met} of {tried}");
     }
 
     #[test]

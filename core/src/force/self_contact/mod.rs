@@ -86,6 +86,32 @@ pub struct Touches {
     pub pressure_mpa: f64,
 }
 
+/// Points of a piece that are looked at together.
+const BLOCK: usize = 16;
+
+/// Where the points of a piece are.
+#[derive(Default)]
+struct Places {
+    of: Option<u32>,
+    list: Vec<[f64; 2]>,
+    /// Boxes around all of them, and around each block of them.
+    whole: Bounds,
+    blocks: Vec<Bounds>,
+}
+
+impl Places {
+    fn enclose(&mut self) {
+        self.blocks.clear();
+        self.blocks
+            .extend(self.list.chunks(BLOCK).map(Bounds::around));
+        self.whole = Bounds::empty();
+        for block in &self.blocks {
+            self.whole.include(block.low);
+            self.whole.include(block.high);
+        }
+    }
+}
+
 /// Two points that act.
 struct Pair {
     /// Their numbers in their pieces.
@@ -165,7 +191,7 @@ impl SelfContact {
     fn touch(
         &self,
         pieces: [u32; 2],
-        places: &[Vec<[f64; 2]>; 2],
+        places: &[Places; 2],
         hessian: bool,
         all: &mut Touches,
         by_point: &mut Vec<[f64; 2]>,
@@ -338,25 +364,20 @@ impl SelfContact {
     }
 
     /// Visits the pairs of points of two pieces that act.
-    fn for_each_pair(
-        &self,
-        pieces: [u32; 2],
-        places: &[Vec<[f64; 2]>; 2],
-        mut visit: impl FnMut(Pair),
-    ) {
+    fn for_each_pair(&self, pieces: [u32; 2], places: &[Places; 2], mut visit: impl FnMut(Pair)) {
         let [a, b] = self.pieces(pieces);
         let r0 = self.law.activation_mm;
         let square = r0 * r0;
         let rigid = a.obstacle.is_some() || b.obstacle.is_some();
-        let mut bounds = Bounds::empty();
-        for p in &places[1] {
-            bounds.include(*p);
-        }
-        for (k, p) in places[0].iter().enumerate() {
-            if !bounds.is_near_point(*p, r0) {
+        let [near, others] = places;
+        for (k, p) in near.list.iter().enumerate() {
+            if !others.whole.is_near_point(*p, r0) {
                 continue;
             }
-            for (l, q) in places[1].iter().enumerate() {
+            let blocks = others.list.chunks(BLOCK).zip(&others.blocks).enumerate();
+            let reached = blocks.filter(|(_, (_, block))| block.is_near_point(*p, r0));
+            let points = reached.flat_map(|(n, (block, _))| (n * BLOCK..).zip(block));
+            for (l, q) in points {
                 let r = [p[0] - q[0], p[1] - q[1]];
                 let r_square = r[0] * r[0] + r[1] * r[1];
                 if r_square >= square {
@@ -408,12 +429,17 @@ impl SelfContact {
         x: &[[f64; 2]],
         travel: &[[f64; 2]],
         more: f64,
-        mut visit: impl FnMut(&Self, u32, u32, &[Vec<[f64; 2]>; 2]),
+        mut visit: impl FnMut(&Self, u32, u32, &[Places; 2]),
     ) {
-        let mut places = [Vec::new(), Vec::new()];
+        let mut places = [Places::default(), Places::default()];
         for (a, b) in self.facing(x, travel, self.law.activation_mm + more) {
-            for (places, piece) in places.iter_mut().zip(self.pieces([a, b])) {
-                self.surface.places(piece, x, travel, places);
+            for (places, index) in places.iter_mut().zip([a, b]) {
+                if places.of != Some(index) {
+                    let piece = &self.surface.pieces[index as usize];
+                    self.surface.places(piece, x, travel, &mut places.list);
+                    places.of = Some(index);
+                    places.enclose();
+                }
             }
             visit(self, a, b, &places);
         }
@@ -444,20 +470,23 @@ impl SelfContact {
     fn near(&self, bounds: &[Bounds], within: f64) -> Vec<(u32, u32)> {
         let pieces = &self.surface.pieces;
         let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
-        order.sort_unstable_by(|a, b| {
-            bounds[*a as usize].low[0].total_cmp(&bounds[*b as usize].low[0])
+        // Only what bounds the same region meets.
+        order.sort_unstable_by(|&a, &b| {
+            let region = |k: u32| pieces[k as usize].region;
+            let left = |k: u32| bounds[k as usize].low[0];
+            region(a).cmp(&region(b)).then(left(a).total_cmp(&left(b)))
         });
         let mut found = Vec::new();
         for (k, &a) in order.iter().enumerate() {
             let (own, bound) = (&pieces[a as usize], &bounds[a as usize]);
             for &b in &order[k + 1..] {
                 let (other, other_bound) = (&pieces[b as usize], &bounds[b as usize]);
-                if other_bound.low[0] > bound.high[0] + within {
+                if other.region != own.region || other_bound.low[0] > bound.high[0] + within {
                     break;
                 }
                 let rigid = own.obstacle.is_some() && other.obstacle.is_some();
                 let meet = self.may_meet(own, other) && !rigid;
-                if own.region == other.region && meet && bound.is_near(other_bound, within) {
+                if meet && bound.is_near(other_bound, within) {
                     found.push((a.min(b), a.max(b)));
                 }
             }

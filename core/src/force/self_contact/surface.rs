@@ -29,12 +29,24 @@ pub struct Bounds {
     pub high: [f64; 2],
 }
 
+impl Default for Bounds {
+    fn default() -> Self {
+        Self::empty()
+    }
+}
+
 impl Bounds {
     pub fn empty() -> Self {
         Self {
             low: [f64::INFINITY; 2],
             high: [f64::NEG_INFINITY; 2],
         }
+    }
+
+    pub fn around(points: &[[f64; 2]]) -> Self {
+        let mut bounds = Self::empty();
+        points.iter().for_each(|p| bounds.include(*p));
+        bounds
     }
 
     pub fn include(&mut self, p: [f64; 2]) {
@@ -69,8 +81,9 @@ pub struct Piece {
     pub region: u32,
     /// The obstacle of which it is a part.
     pub obstacle: Option<u32>,
-    /// Ends of an obstacle's panels where it starts, mm.
+    /// Ends of an obstacle's panels where it starts, mm, and a box around them.
     pub ends: Vec<[f64; 2]>,
+    pub drawn: Bounds,
     /// Groups in which the piece is, as bits of their numbers.
     pub groups: u64,
 }
@@ -139,6 +152,7 @@ impl Surface {
                     region,
                     obstacle: None,
                     ends: Vec::new(),
+                    drawn: Bounds::empty(),
                     groups: partners.map_or(0, |partners| partners.groups(e)),
                 });
             }
@@ -153,6 +167,7 @@ impl Surface {
                     points: part.points.len(),
                     region: 0,
                     obstacle: Some(index as u32),
+                    drawn: Bounds::around(&part.ends),
                     ends: part.ends,
                     groups: 0,
                 });
@@ -189,20 +204,22 @@ impl Surface {
         piece.append(shapes, &piece.ends, x, travel, out);
     }
 
-    /// A box around a piece: of a quadratic edge that of its control points.
+    /// A box around a piece.
     pub fn bounds(piece: &Piece, x: &[[f64; 2]], travel: &[[f64; 2]]) -> Bounds {
-        let mut bounds = Bounds::empty();
+        Bounds::around(&Self::hull(piece, x, travel))
+    }
+
+    /// Points around a piece, of which each of its points is the same mean wherever the nodes are: the control points of an
+    /// edge, the corners of a box around the part of an obstacle.
+    pub fn hull(piece: &Piece, x: &[[f64; 2]], travel: &[[f64; 2]]) -> [[f64; 2]; 4] {
         if let Some(obstacle) = piece.obstacle {
             let t = travel[obstacle as usize];
-            for p in &piece.ends {
-                bounds.include([p[0] + t[0], p[1] + t[1]]);
-            }
-            return bounds;
+            let Bounds { low, high } = piece.drawn;
+            return [low, [high[0], low[1]], high, [low[0], high[1]]]
+                .map(|p| [p[0] + t[0], p[1] + t[1]]);
         }
-        for point in control_points(piece, x) {
-            bounds.include(point);
-        }
-        bounds
+        let [a, b, c] = control_points(piece, x);
+        [a, b, c, c]
     }
 
     /// Whether two pieces that share a node are so nearly straight that no two points of them can be near without being
@@ -283,7 +300,8 @@ impl Table {
             ends.extend(inner.filter(|t| sign * (t - other) >= 0.0));
         }
         ends.sort_by(f64::total_cmp);
-        ends.dedup();
+        // Panels from both corners meet in the middle but for rounding: one without length would be met by whatever passes.
+        ends.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
         let mut this = Self {
             n: Vec::new(),
             dn: Vec::new(),

@@ -179,6 +179,12 @@ fn a_step_ends_before_surfaces_meet() {
         .collect();
     let share = contact.free_share(&reference, &down, [&[], &[]]);
     assert!((share - 0.8 * 0.5).abs() < 5e-3, "{share}");
+    // A wild step, a thousand times as long, that shears the upper one as well.
+    let wild: Vec<[f64; 2]> = (reference.iter().zip(&down))
+        .map(|(p, d)| [1e3 * d[1] * (p[1] - 6.0), 1e3 * d[1]])
+        .collect();
+    let share = contact.free_share(&reference, &wild, [&[], &[]]);
+    assert!((share - 0.8 * 0.5e-3).abs() < 5e-6, "{share}");
     let aside: Vec<[f64; 2]> = down.iter().map(|d| [d[1], 0.0]).collect();
     assert_eq!(contact.free_share(&reference, &aside, [&[], &[]]), 1.0);
     assert!(!contact.is_touching(&reference, &[]));

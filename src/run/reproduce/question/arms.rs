@@ -6,12 +6,15 @@ use salp_core::fault::Faults;
 use salp_core::study::{StepInputs, Study, read_study};
 use serde_json::{Value, json};
 
+use super::Fidelity;
 use crate::failure::Failure;
 use crate::run::reproduce::realised::QUICK_SIZE_MM;
 
 const EXAMPLE: &str = include_str!("../../../../examples/asymmetric-bending.toml");
 /// Of the sequence that all starts come from.
 const SEED: u64 = 1;
+/// Iterations of a run of a quick look.
+const QUICK_ITERATIONS: u16 = 10;
 /// Evaluations of a restart of random search: about what an optimiser asks for.
 const RANDOM: usize = 40;
 
@@ -160,8 +163,9 @@ impl Arm {
     ///
     /// # Errors
     /// None but for a fault of this program.
-    pub fn study(&self, starts: &[Vec<f64>], quick: bool) -> Result<Study, Faults> {
-        let mut document = question(quick)?;
+    pub fn study(&self, starts: &[Vec<f64>], fidelity: Fidelity) -> Result<Study, Faults> {
+        let quick = fidelity.quick;
+        let mut document = question(fidelity)?;
         document["name"] = json!(self.id);
         document["actuator"]["units"] = json!(self.units());
         let step = &mut document["step"][0];
@@ -225,21 +229,25 @@ fn grid(quick: bool) -> Value {
 }
 
 /// What all arms share.
-fn question(quick: bool) -> Result<Value, Faults> {
+fn question(fidelity: Fidelity) -> Result<Value, Faults> {
     let mut document = parse_toml(EXAMPLE)?;
     document["error_bands"] = json!(false);
     document["step"][0]["optimiser"] = json!({"method": "gcmma", "gradient": "model"});
-    if quick {
+    let mut iterations = fidelity.iterations;
+    if fidelity.quick {
         document["actuation"]["load_steps_per_leg"] = json!(2);
         document["step"][0]["model"]["max_size_mm"] = json!(QUICK_SIZE_MM);
-        document["step"][0]["optimiser"]["max_iterations"] = json!(10);
+        iterations = iterations.or(Some(QUICK_ITERATIONS));
+    }
+    if let Some(most) = iterations {
+        document["step"][0]["optimiser"]["max_iterations"] = json!(most);
     }
     Ok(document)
 }
 
 /// The starts of all arms: designs of 16 variables that keep the walls.
 pub fn starts(count: usize) -> Result<Vec<Vec<f64>>, Failure> {
-    let mut document = question(false)?;
+    let mut document = question(Fidelity::default())?;
     document["step"][0]["restarts"] = json!({"start": "sobol", "count": count, "seed": SEED});
     // One sense, so that each start is there once.
     document["step"][0]["target"]["orientation"] = json!("clockwise");
@@ -259,8 +267,12 @@ mod tests {
         let starts = starts(3).expect("a sound sequence");
         assert_eq!(starts.len(), 3);
         for quick in [true, false] {
+            let fidelity = Fidelity {
+                quick,
+                iterations: None,
+            };
             for arm in &ARMS {
-                let study = arm.study(&starts, quick).expect(arm.id);
+                let study = arm.study(&starts, fidelity).expect(arm.id);
                 let variables = study.variables(0).expect("chambers").lower.len();
                 let expected = match arm.kind {
                     Kind::Optimise {
@@ -280,7 +292,7 @@ mod tests {
                     );
                 }
                 let limits = |study: &Study| serde_json::to_value(&study.steps[0].constraints).ok();
-                let common = ARMS[0].study(&starts, quick).expect("sound");
+                let common = ARMS[0].study(&starts, fidelity).expect("sound");
                 assert_eq!(limits(&study), limits(&common), "{}", arm.id);
             }
         }

@@ -26,10 +26,19 @@ use score::{Scored, score};
 const STARTS: usize = 20;
 const QUICK_STARTS: usize = 2;
 
-/// The arms of the question in a folder.
-pub struct Question<'a> {
+/// How well every arm looks.
+#[derive(Clone, Copy, Default)]
+pub struct Fidelity {
     /// Coarse, and says so.
     pub quick: bool,
+    /// Most iterations of a run, where they are not those of the protocol or of a quick look.
+    pub iterations: Option<u16>,
+}
+
+/// The arms of the question in a folder.
+pub struct Question<'a> {
+    /// How well every arm looks.
+    pub fidelity: Fidelity,
     /// Starts of every arm.
     pub starts: Option<usize>,
     /// Only these arms; empty: all.
@@ -84,9 +93,11 @@ impl Question<'_> {
             }
         }
         faults.check(())?;
-        let count = self
-            .starts
-            .unwrap_or(if self.quick { QUICK_STARTS } else { STARTS });
+        let count = self.starts.unwrap_or(if self.fidelity.quick {
+            QUICK_STARTS
+        } else {
+            STARTS
+        });
         let starts = arms::starts(count)?;
         let asked = |arm: &Arm| self.only.is_empty() || self.only.iter().any(|id| id == arm.id);
         let needs_parent = ARMS.iter().any(|arm| arm.is_freed() && asked(arm));
@@ -119,7 +130,7 @@ impl Question<'_> {
         before: Vec<f64>,
         interrupted: &AtomicBool,
     ) -> Result<Played, Failure> {
-        let study = arm.study(starts, self.quick)?;
+        let study = arm.study(starts, self.fidelity)?;
         let folder = self.out.join(arm.id);
         let ended = self
             .setting
@@ -133,7 +144,13 @@ impl Question<'_> {
             let file = folder
                 .join("realised")
                 .join(format!("restart-{}.json", restarts[k].index));
-            score(&study, &restarts[k], &results.ledger, self.quick, &file)
+            score(
+                &study,
+                &restarts[k],
+                &results.ledger,
+                self.fidelity.quick,
+                &file,
+            )
         };
         let told = |done: usize, _: &Result<Scored, Failure>| {
             note(&format!(
@@ -155,7 +172,7 @@ impl Question<'_> {
         let scene = winner
             .and_then(score::best)
             .and_then(|best| score::scene(&study, &best))
-            .and_then(|scene| on(&scene, WHOLE, self.quick));
+            .and_then(|scene| on(&scene, WHOLE, self.fidelity.quick));
         if let Some(scene) = scene {
             let pretty = serde_json::to_string_pretty(&scene.document()).unwrap_or_default();
             let file = self.out.join(format!("best-{}.json", arm.id));
@@ -166,11 +183,11 @@ impl Question<'_> {
 
     fn tell(&self, played: &[Played]) -> Result<(Value, String), Failure> {
         for (tip, unit) in TIPS.iter().enumerate() {
-            let figure = tell::figure(played, tip, self.quick);
+            let figure = tell::figure(played, tip, self.fidelity);
             write_picture(&self.out.join(format!("unit-{unit}.svg")), &figure.0)?;
             write_file(&self.out.join(format!("unit-{unit}.csv")), &figure.1)?;
         }
-        let (document, text) = tell::summary(played, self.quick, self.out);
+        let (document, text) = tell::summary(played, self.fidelity, self.out);
         let pretty = serde_json::to_string_pretty(&document).unwrap_or_default();
         write_file(&self.out.join("summary.json"), &pretty)?;
         write_file(&self.out.join("summary.txt"), &format!("{text}\n"))?;

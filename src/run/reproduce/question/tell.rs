@@ -6,7 +6,7 @@ use salp_core::analysis::{ExpectedCost, Resampling, Sample, best_of_n, ratio};
 use salp_core::picture::{BandPicture, BandSeries, BandStep, Scale};
 use serde_json::{Value, json};
 
-use super::Played;
+use super::{Fidelity, Played};
 use crate::output::{number, table};
 use crate::run::reproduce::realised::TIPS;
 
@@ -19,7 +19,7 @@ const COSTS: usize = 120;
 const PLACES: [u32; 2] = [640, 720];
 
 /// Best score so far against CPU time, median and band: a figure, and as CSV.
-pub fn figure(played: &[Played], tip: usize, quick: bool) -> (String, String) {
+pub fn figure(played: &[Played], tip: usize, fidelity: Fidelity) -> (String, String) {
     let mut csv = String::from("arm,cpu_s,percentile_10_mm2,median_mm2,percentile_90_mm2\n");
     let mut series = Vec::new();
     for arm in played {
@@ -70,7 +70,7 @@ pub fn figure(played: &[Played], tip: usize, quick: bool) -> (String, String) {
                 "Median, 10 to 90 % of {} bootstrap resamples over {runs} runs in all, {total:.0} CPU s.",
                 Resampling::default().resamples
             ),
-            said(quick),
+            said(fidelity),
         ],
     };
     (picture.svg(), csv)
@@ -90,21 +90,31 @@ fn costs(sample: &Sample) -> Vec<f64> {
         .collect()
 }
 
-fn said(quick: bool) -> String {
-    if quick {
-        "QUICK: coarse meshes, two load steps a leg, few starts and iterations; the numbers are those of such runs".to_owned()
+fn said(fidelity: Fidelity) -> String {
+    let iterations = fidelity.iterations;
+    let at_most =
+        iterations.map_or_else(String::new, |n| format!("; at most {n} iterations a run"));
+    if fidelity.quick {
+        let few = if iterations.is_some() {
+            "few starts"
+        } else {
+            "few starts and iterations"
+        };
+        format!(
+            "QUICK: coarse meshes, two load steps a leg, {few}; the numbers are those of such runs{at_most}"
+        )
     } else {
-        "Protocol: docs/open-question.md.".to_owned()
+        format!("Protocol: docs/open-question.md{at_most}.")
     }
 }
 
 /// What came out, as a document and as a text.
-pub fn summary(played: &[Played], quick: bool, out: &Path) -> (Value, String) {
+pub fn summary(played: &[Played], fidelity: Fidelity, out: &Path) -> (Value, String) {
     let mut lines = vec![
         "Does the hierarchy still pay when gradients are nearly free?".to_owned(),
-        said(quick),
+        said(fidelity),
     ];
-    let mut document = json!({"status": "ok", "quick": quick, "folder": out.display().to_string()});
+    let mut document = json!({"status": "ok", "quick": fidelity.quick, "iterations": fidelity.iterations, "folder": out.display().to_string()});
     for (tip, unit) in TIPS.iter().enumerate() {
         let best = played
             .iter()
