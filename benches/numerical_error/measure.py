@@ -12,6 +12,9 @@ The reference is A8 + rest + settings:
             two of 4 and 8 times as many
 With --full it is instead one solve of all that at once, split 8 by 8, and the same rest.
 
+With --contact surfaces meet (`contact = "auto"`), and where they do the settings of B have no activation distance: the limit of order
+one of a half and a quarter of it.
+
 K/mu counts as a setting by which incompressible rubber is reached: the reference has 1e5, the stated error has its term. What is
 right for who keeps K/mu as a property of the material is counted beside it: a reference of the own K/mu, the sum without its term.
 
@@ -50,7 +53,7 @@ def designs(program, count, seed, threads):
     return sorted(((index, *rest) for index, rest in seen.items()), key=lambda design: (design[0] % turn, design[0]))
 
 
-def scene(x, size):
+def scene(x, size, contact):
     points = [x[k:k + 2] for k in range(0, 16, 2)]
     return {
         "version": 1,
@@ -58,7 +61,7 @@ def scene(x, size):
         "material": "mold-star-30",
         "actuation": {"schedule": "hold", "pressure_kpa": 15, "load_steps_per_leg": 2},
         "mesh": {"element": "quad9", "max_size_mm": size},
-        "contact": "off",
+        "contact": "auto" if contact else "off",
         "probes": {"tip": [80, 40]},
         "objective": {"kind": "enclosed_area", "probe": "tip", "orientation": "counter_clockwise"},
     }
@@ -73,10 +76,12 @@ class Solver:
     def answer(self, *arguments):
         return salp(self.program, "solve", self.file.name, *arguments)
 
-    def value(self, refine, steps=2, tolerance=None, bulk=None):
+    def value(self, refine, steps=2, tolerance=None, bulk=None, activation=None):
         arguments = ["--refine", str(refine), "--set", f"actuation.load_steps_per_leg={steps}"]
         if tolerance is not None:
             arguments += ["--set", f"relative_residual_force_tolerance={tolerance}"]
+        if activation is not None:
+            arguments += ["--set", f"contact_activation_mm={activation}"]
         if bulk is not None:
             material = salp(self.program, "material", "show", "mold-star-30")
             law = material.get("law", material)
@@ -94,8 +99,8 @@ def limit(a, b, c):
     return second / (2**order - 1) if 0.5 <= order <= 6 else 0.0
 
 
-def measure(program, index, stratum, x, size, full, threads, known):
-    solver = Solver(program, scene(x, size))
+def measure(program, index, stratum, x, size, contact, full, threads, known):
+    solver = Solver(program, scene(x, size, contact))
     earlier = known.get((str(index), stratum))
     answer = solver.answer("--numerical-error", "--threads", str(threads))
     row = {"design": index, "stratum": stratum, "status": answer["status"]}
@@ -103,6 +108,7 @@ def measure(program, index, stratum, x, size, full, threads, known):
         return row
     found = answer["numerical_error"]
     row["elements"] = answer["mesh"]["elements"]
+    row["touched"] = int(answer["work"]["contact_steps"] > 0)
     for term in found["terms"]:
         row[term["source"]] = term["error"]
         if term["source"] == "mesh":
@@ -120,22 +126,28 @@ def measure(program, index, stratum, x, size, full, threads, known):
     fine = solver.value(8)
     fine_steps = [solver.value(2, steps, **overkill) for steps in (8, 16)]
     soft = solver.value(2, 8, bulk=1e5, **overkill)
-    if None in (fine, soft, *fine_steps):
+    nearer = []
+    if row["touched"]:
+        activation = answer["resolved"]["contact_activation_mm"]
+        nearer = [solver.value(2, 8, activation=activation / n, **overkill) for n in (2, 4)]
+    if None in (fine, soft, *fine_steps, *nearer):
         row["status"] = "no reference"
         return row
     rest = limit(mid, finest, fine)
     path = (fine_steps[1] - fine_steps[0]) * 4 / 3
     bulk = soft - fine_steps[0]
-    reference = fine + rest + (fine_steps[0] + path - mid) + bulk
+    contact_part = 2 * nearer[1] - nearer[0] - fine_steps[0] if nearer else 0.0
+    reference = fine + rest + (fine_steps[0] + path - mid) + bulk + contact_part
     if full:
         fine = solver.value(8, 8, bulk=1e5, **overkill)
         row["composed"] = reference
         if fine is None:
             row["status"] = "no reference"
             return row
-        reference = fine + rest + path
+        reference = fine + rest + path + contact_part
         fine -= fine_steps[0] + bulk - mid  # what it has of the mesh alone
     path += fine_steps[0] - mid
+    row["contact_part"] = contact_part
     return row | compared(found, own, finest, mid, row, reference, fine + rest, path, bulk)
 
 
@@ -161,6 +173,7 @@ def summary(rows):
         print(f"  {sum(row['status'] == status for row in rows)} {status}")
     if not known:
         return
+    print(f"contact acted on {sum(row['touched'] for row in known)}")
     for name, words in [("finest", "finest mesh"), ("own", "own mesh"), ("kept", "finest mesh, K/mu kept"),
                         ("mesh", "its mesh alone"), ("path", "its path and tolerance alone"), ("bulk", "its K/mu alone")]:
         inside = [row for row in known if row[f"{name}_error"] <= row[f"{name}_bound"]]
@@ -182,10 +195,11 @@ def main():
     parser.add_argument("--seed", type=int, default=20230328)
     parser.add_argument("--max-size-mm", type=float, default=None, help="default: the size rule")
     parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--contact", action="store_true")
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--references", type=Path, help="takes the references of an earlier table, and only its designs")
     asked = parser.parse_args()
-    names = ["design", "stratum", "status", "elements", *TERMS, "order", "reference", "composed", "mesh_limit", "path_part", "bulk_part", "finest", "own", "mid", "finest_error",
+    names = ["design", "stratum", "status", "elements", "touched", *TERMS, "order", "reference", "composed", "mesh_limit", "path_part", "bulk_part", "contact_part", "finest", "own", "mid", "finest_error",
              "finest_bound", "own_error", "own_bound", "kept_error", "kept_bound", "percent", "mesh_error", "mesh_bound", "path_error", "path_bound", "bulk_error", "bulk_bound"]
     rows, known = [], {}
     if asked.references:
@@ -198,7 +212,7 @@ def main():
         for index, stratum, x in designs(asked.program, asked.designs, asked.seed, asked.threads):
             if known and (str(index), stratum) not in known:
                 continue
-            rows.append(measure(asked.program, index, stratum, x, asked.max_size_mm, asked.full, asked.threads, known))
+            rows.append(measure(asked.program, index, stratum, x, asked.max_size_mm, asked.contact, asked.full, asked.threads, known))
             writer.writerow(rows[-1])
             file.flush()
             print({k: f"{v:.5g}" if isinstance(v, float) else v for k, v in rows[-1].items()}, flush=True)

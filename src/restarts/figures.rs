@@ -206,7 +206,7 @@ impl<'a> Analysis<'a> {
             title: format!("{title}: best of N starts against CPU time"),
             x_label: "CPU time of all starts so far (s)".into(),
             y_label: format!("best objective so far{}", self.unit()),
-            scale: self.scale(),
+            scales: [self.scale(), Scale::Linear],
             within: Vec::new(),
             // What is above the worst start's result is on its way there.
             top: self
@@ -359,7 +359,7 @@ impl<'a> Analysis<'a> {
             title: format!("{title}: chance of a start against its CPU time"),
             x_label: "CPU time of one start (s)".into(),
             y_label: "starts that came to the target (%)".into(),
-            scale: Scale::Linear,
+            scales: [Scale::Linear, Scale::Linear],
             within: vec![0.0, 100.0],
             top: None,
             series,

@@ -23,8 +23,8 @@ pub struct BandPicture {
     pub x_label: String,
     /// Beside the vertical axis, with its unit.
     pub y_label: String,
-    /// Scale of the horizontal axis; the vertical one is linear.
-    pub scale: Scale,
+    /// Scales of the horizontal and of the vertical axis.
+    pub scales: [Scale; 2],
     /// Values that the vertical axis holds in any case.
     pub within: Vec<f64>,
     /// Where the vertical axis ends: what is above is drawn at its end.
@@ -83,19 +83,19 @@ impl BandPicture {
     pub fn svg(&self) -> String {
         let (right, bottom) = (MARGIN[0] + PLOT[0], MARGIN[1] + PLOT[1]);
         let steps = || self.series.iter().flat_map(|s| &s.steps);
-        let zero = (self.scale == Scale::Linear).then_some(0.0);
+        let zero = (self.scales[0] == Scale::Linear).then_some(0.0);
         let values = steps().flat_map(|s| [s.middle, s.band[0], s.band[1]]);
         let values = values.flatten().chain(self.level.iter().map(|l| l.0));
         let top = self.top.unwrap_or(f64::INFINITY);
         let values = values.map(|value| value.min(top));
         let axes = Axes {
             x: Ruler::new(
-                self.scale,
+                self.scales[0],
                 steps().map(|s| s.at).chain(zero),
                 [MARGIN[0], right],
             ),
             y: Ruler::new(
-                Scale::Linear,
+                self.scales[1],
                 values.chain(self.within.iter().copied()),
                 [bottom, MARGIN[1]],
             ),
@@ -181,22 +181,26 @@ impl BandSeries {
             .filter_map(|(step, end)| Some((step, [axes.x.pixel(step.at)?, axes.x.pixel(end.at)?])))
     }
 
+    /// The bands of steps that follow on each other are one shape. What the axis cannot show, as 0 of a logarithmic one, is at its foot.
     fn band(&self, svg: &mut Svg, axes: &Axes, colour: &str) {
-        let mut lower = Vec::new();
-        let mut upper = Vec::new();
-        for (step, [from, to]) in self.spans(axes) {
-            let Some(low) = step.band[0].and_then(|v| axes.y(v)) else {
-                continue;
-            };
-            let high = step.band[1].and_then(|v| axes.y(v));
-            let high = high.unwrap_or(MARGIN[1]);
-            lower.extend([[from, low], [to, low]]);
-            upper.extend([[from, high], [to, high]]);
-        }
-        upper.reverse();
-        let outline = [lower, upper].concat();
         let fill = format!("fill=\"{colour}\" fill-opacity=\"0.18\" stroke=\"none\"");
-        svg.path(&polyline(&outline, true), &fill);
+        let spans: Vec<_> = self.spans(axes).collect();
+        for run in spans.split(|(step, _)| step.band[0].is_none()) {
+            let (mut lower, mut upper) = (Vec::new(), Vec::new());
+            for (step, [from, to]) in run {
+                let low = step.band[0].and_then(|v| axes.y(v));
+                let low = low.unwrap_or(MARGIN[1] + PLOT[1]);
+                let high = step.band[1].and_then(|v| axes.y(v));
+                let high = high.unwrap_or(MARGIN[1]);
+                lower.extend([[*from, low], [*to, low]]);
+                upper.extend([[*from, high], [*to, high]]);
+            }
+            if lower.is_empty() {
+                continue;
+            }
+            upper.reverse();
+            svg.path(&polyline(&[lower, upper].concat(), true), &fill);
+        }
     }
 
     /// The line as a staircase, cut where it is not known.
@@ -254,6 +258,12 @@ mod tests {
         assert!(svg.contains("M1 114L2 114L2 124L4 124L4 134"), "{svg}");
         assert!(svg.contains("L2 44L1 44Z"), "open upwards: {svg}");
         assert_eq!(axes.y(90.0), Some(44.0));
+        // Two bands with a step between them that has none.
+        let mut two = series("b");
+        two.steps[1].band = [None; 2];
+        let mut svg = Svg::new([10.0, 200.0], "");
+        two.band(&mut svg, &axes, "#000");
+        assert_eq!(svg.finish().matches("<path").count(), 2);
     }
 
     #[test]

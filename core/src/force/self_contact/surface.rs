@@ -45,7 +45,9 @@ impl Bounds {
 
     pub fn around(points: &[[f64; 2]]) -> Self {
         let mut bounds = Self::empty();
-        points.iter().for_each(|p| bounds.include(*p));
+        for p in points {
+            bounds.include(*p);
+        }
         bounds
     }
 

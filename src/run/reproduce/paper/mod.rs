@@ -6,7 +6,7 @@ mod arms;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use salp_core::picture::{Scale, ScatterPicture, ScatterSeries};
+use salp_core::picture::{BandPicture, BandSeries, BandStep, Scale};
 use salp_core::scene::Scene;
 use salp_protocol::{BandCounts, Curve, StudyState, csv};
 use serde_json::{Value, json};
@@ -155,41 +155,49 @@ impl Reproduction<'_> {
         Ok((document, text))
     }
 
-    /// Run time against area, best so far, all studies on one axis. Logarithmic: from voids of 1 x 1 mm areas grow by orders of magnitude.
+    /// Run time against area, best so far with its error band, all studies on one axis. Logarithmic: from voids of 1 x 1 mm areas
+    /// grow by orders of magnitude.
     fn fig_10(&self, rows: &[Row]) -> String {
         let series = rows.iter().map(|row| {
+            let curve = &row.results.curve;
             let step = main_step(&row.arm);
-            let mut points: Vec<([f64; 2], String)> = Vec::new();
-            for best in row
-                .results
-                .curve
-                .best
-                .iter()
-                .filter(|b| b.point.step == step)
-            {
-                let area = best.point.best.map_or(0.0, |objective| -objective);
-                // A best so far stands until the next one.
-                if let Some((last, _)) = points.last().cloned() {
-                    points.push(([best.point.t_s, last[1]], String::new()));
-                }
-                points.push(([best.point.t_s, area], String::new()));
+            let of_step = curve.best.iter().filter(|b| b.point.step == step);
+            let steps = of_step.map(|best| BandStep {
+                at: best.point.t_s,
+                // Minimised is minus the area.
+                middle: best.point.best.map(|objective| -objective),
+                band: [best.band_high, best.band_low].map(|end| end.map(|v| -v)),
+            });
+            let mut steps: Vec<BandStep> = steps.filter(|s| s.middle > Some(0.0)).collect();
+            // The last best so far stands until the end of the study.
+            let restarts = curve.restarts.iter().filter(|r| r.step == step);
+            let ends = restarts.flat_map(|r| r.points.iter().map(|p| p.t_s));
+            if let (Some(last), Some(end)) = (steps.last().copied(), ends.reduce(f64::max)) {
+                steps.push(BandStep { at: end, ..last });
             }
-            points.retain(|(p, _)| p[0] > 0.0 && p[1] > 0.0);
-            ScatterSeries {
+            BandSeries {
                 label: row.arm.title.to_owned(),
-                points,
-                joined: true,
+                steps,
             }
         });
-        ScatterPicture {
+        let banded = rows.iter().any(|row| row.results.curve.bands.answered > 0);
+        let bands = if banded {
+            "Bands: 1.25 times the difference to a mesh of elements twice as large, where one was evaluated; their CPU time is not on the axis."
+        } else {
+            "No error bands."
+        };
+        BandPicture {
             title: "HFm and Dm: best area so far against CPU time".into(),
             x_label: "CPU time of the study (s)".into(),
             y_label: "best feasible area so far (mm\u{b2})".into(),
             scales: [Scale::Logarithmic; 2],
+            within: Vec::new(),
+            top: None,
             series: series.collect(),
             level: None,
             caption: vec![
                 "Each method by its own objective: three units (tip at x = 160 mm) for HFm, nine (x = 640 mm) for Dm; compare methods by the table. Areas of the wrong sign, below 0, have no place.".to_owned(),
+                bands.to_owned(),
                 self.said(),
             ],
         }

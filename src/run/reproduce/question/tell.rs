@@ -60,7 +60,7 @@ pub fn figure(played: &[Played], tip: usize, fidelity: Fidelity) -> (String, Str
         ),
         x_label: "CPU time of restarts one after the other (s)".into(),
         y_label: "best area so far on nine units (mm\u{b2})".into(),
-        scale: Scale::Logarithmic,
+        scales: [Scale::Logarithmic, Scale::Linear],
         within: vec![0.0],
         top: None,
         series,
