@@ -26,7 +26,7 @@ const MAX_PROBES: usize = 1000;
 const MAX_ELEMENTS: f64 = 2e6;
 
 /// Activation distance of contact where the document gives none, mm.
-pub const DEFAULT_ACTIVATION_MM: f64 = 0.2;
+pub const DEFAULT_ACTIVATION_MM: f64 = 0.1;
 /// Least activation distance, mm.
 pub const LEAST_ACTIVATION_MM: f64 = 1e-3;
 

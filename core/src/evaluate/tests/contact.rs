@@ -93,7 +93,7 @@ fn walls_that_meet_do_not_pass_and_the_body_comes_back_to_rest() {
 fn a_gap_narrower_than_twice_the_activation_distance_is_a_fault_or_lowers_it() {
     let mut document = named_scene("chambers-40x15");
     document["actuator"]["repeat"] = json!(1);
-    document["actuator"]["chambers_mm"][1] = json!([[20, 55], [60, 55], [60, 55.3], [20, 55.3]]);
+    document["actuator"]["chambers_mm"][1] = json!([[20, 55], [60, 55], [60, 55.15], [20, 55.15]]);
     document["probes"] = json!({"tip": [80, 40]});
     document["actuation"] = json!({"schedule": [[0, 0], [2, 0]], "load_steps_per_leg": 1});
     document["objective"] = json!(null);
@@ -117,7 +117,7 @@ fn a_gap_narrower_than_twice_the_activation_distance_is_a_fault_or_lowers_it() {
         .iter()
         .find(|n| n.about == "contact_activation_mm");
     assert!(
-        note.is_some_and(|n| n.message.contains("0.150 mm")),
+        note.is_some_and(|n| n.message.contains("0.075 mm")),
         "{:?}",
         answer.notes
     );

@@ -398,7 +398,6 @@ fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::SplitMix64;
 
     #[test]
     fn segments_that_cross_are_told_from_those_that_do_not() {
@@ -410,19 +409,24 @@ mod tests {
 
     #[test]
     fn what_is_left_out_for_being_far_never_meets_first() {
-        let mut random = SplitMix64::new(7);
+        // Numbers in [-1, 1) without a pattern (Weyl's sequence, squared).
+        let mut k = 0.0_f64;
+        let mut number = move || {
+            k += 1.0;
+            2.0 * (k * k * 0.618_033_988_749_895).fract() - 1.0
+        };
         let (mut met, mut tried) = (0, 0);
         for case in 0..400 {
             // Two wavy lines beside each other that a large motion turns, shifts and bends: some meet, some do not.
-            let turn = 3.0 * random.next_normal();
-            let shift = [0, 1].map(|_| 20.0 * random.next_normal());
-            let towards = 12.0 * random.next_unit();
+            let turn = 6.0 * number();
+            let shift = [0, 1].map(|_| 40.0 * number());
+            let towards = 6.0 * (1.0 + number());
             let mut line = |y: f64, by: f64, panels: usize| {
                 let mut this = Polyline::default();
                 for k in 0..=panels {
                     let x = 0.2 * k as f64;
                     let p = [x, y + 0.1 * (3.0 * x).sin()];
-                    let noise = [0, 1].map(|_| 0.05 * random.next_normal());
+                    let noise = [0, 1].map(|_| 0.1 * number());
                     let d = [
                         shift[0] - turn * p[1] + noise[0],
                         shift[1] + turn * p[0] + by + noise[1],

@@ -210,7 +210,7 @@ impl SelfContact {
             let k2 = 4.0 * c * second / pair.square.powi(2);
             all.energy += c * value;
             all.pairs += 1;
-            let distance = pair.r[0].hypot(pair.r[1]);
+            let distance = (pair.r[0] * pair.r[0] + pair.r[1] * pair.r[1]).sqrt();
             let far = pair.square > FAR * self.law.activation_mm.powi(2);
             if far && all.least_distance_mm.is_none_or(|d| distance < d) {
                 all.least_distance_mm = Some(distance);

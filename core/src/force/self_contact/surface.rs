@@ -231,7 +231,7 @@ impl Surface {
             let [p, q, r] = control_points(piece, x);
             let [u, v, w] = control_points(piece, reference);
             let leg = |a: [f64; 2], b: [f64; 2]| [b[0] - a[0], b[1] - a[1]];
-            let size = |l: [f64; 2]| l[0].hypot(l[1]);
+            let size = |l: [f64; 2]| (l[0] * l[0] + l[1] * l[1]).sqrt();
             [(leg(p, q), size(leg(u, v))), (leg(q, r), size(leg(v, w)))]
         };
         let all = [legs(a), legs(b)].concat();

@@ -226,3 +226,15 @@ fn ogden_laws_of_exponents_2_and_minus_2_are_the_invariant_laws() {
         }
     }
 }
+
+#[test]
+fn the_inverse_cube_root_is_exact_but_for_rounding() {
+    for k in 0..4000 {
+        let j = 0.05 + 0.001 * f64::from(k);
+        for lanes in [[j; 4], [j, 1.0, 0.99, 3.0]] {
+            let y = inverse_cube_root(Pack(lanes)).0[0];
+            let exact = 1.0 / j.cbrt();
+            assert!((y / exact - 1.0).abs() < 1e-15, "{j}: {y} {exact}");
+        }
+    }
+}
