@@ -15,7 +15,7 @@ const YOUNG: Duration = Duration::from_mins(1);
 pub struct Folder {
     root: PathBuf,
     /// Held while the folder is in use, by this process alone.
-    _lock: File,
+    lock: File,
 }
 
 impl Folder {
@@ -33,7 +33,7 @@ impl Folder {
         let lock = File::create(lock_of(&root))?;
         lock.lock()?;
         std::fs::create_dir(root.join("work"))?;
-        Ok(Self { root, _lock: lock })
+        Ok(Self { root, lock })
     }
 
     /// Where the program runs: empty at first.
@@ -45,6 +45,8 @@ impl Folder {
 impl Drop for Folder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.root);
+        // Closing alone is not enough: a program that another thread starts holds a copy of the file until it runs.
+        let _ = self.lock.unlock();
     }
 }
 
